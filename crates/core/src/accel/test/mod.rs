@@ -1,0 +1,304 @@
+//! The tree against brute force over the same primitives and the same visitor: distances and ids
+//! bit for bit. Names that begin with a letter and a number are cases of the stability
+//! catalogue.
+
+mod build;
+mod traverse;
+
+use glam::{DVec3, Vec3, Vec3Swizzles};
+
+use super::node::Kind;
+use super::{KdTree, MAX_DEPTH};
+use crate::math::{Aabb, Ray};
+
+type Triangle = [Vec3; 3];
+
+/// What a walk calls.
+type Visit<'a> = &'a mut dyn FnMut(u32, f32) -> f32;
+
+/// Permuted congruential generator (O'Neill 2014), PCG-XSH-RR.
+struct Rng(u64);
+
+impl Rng {
+    fn bits(&mut self) -> u32 {
+        let old = self.0;
+        self.0 = old
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
+        ((((old >> 18) ^ old) >> 27) as u32).rotate_right((old >> 59) as u32)
+    }
+
+    fn below(&mut self, n: usize) -> usize {
+        self.bits() as usize % n
+    }
+
+    fn unit(&mut self) -> f32 {
+        (self.bits() >> 8) as f32 / (1 << 24) as f32
+    }
+
+    /// Uniform in [−1, 1)³.
+    fn cube(&mut self) -> Vec3 {
+        Vec3::from_array([0; 3].map(|_| self.unit() * 2.0 - 1.0))
+    }
+
+    fn point_of(&mut self, [a, b, c]: Triangle) -> Vec3 {
+        let (mut u, mut v) = (self.unit(), self.unit());
+        if u + v > 1.0 {
+            (u, v) = (1.0 - u, 1.0 - v);
+        }
+        a + (b - a) * u + (c - a) * v
+    }
+
+    fn soup(&mut self, n: usize, size: f32) -> Vec<Triangle> {
+        let mut triangle = || {
+            let center = self.cube();
+            [0; 3].map(|_| center + size * self.cube())
+        };
+        (0..n).map(|_| triangle()).collect()
+    }
+}
+
+/// Distance to a triangle, after Woop, Benthin & Wald (2013), with edge functions in f64.
+fn intersect([a, b, c]: Triangle, ray: &Ray, t_max: f32) -> Option<f32> {
+    let d = ray.dir.to_array();
+    let z = ray.dir.abs().max_position();
+    let (x, y) = ((z + 1) % 3, (z + 2) % 3);
+    let (sx, sy, sz) = (d[x] / d[z], d[y] / d[z], 1.0 / d[z]);
+    let [a, b, c] = [a, b, c].map(|v| {
+        let v = v - ray.origin;
+        [v[x] - sx * v[z], v[y] - sy * v[z], sz * v[z]]
+    });
+    let edge = |p: [f32; 3], q: [f32; 3]| {
+        f64::from(q[0]) * f64::from(p[1]) - f64::from(q[1]) * f64::from(p[0])
+    };
+    let (u, v, w) = (edge(b, c), edge(c, a), edge(a, b));
+    let det = u + v + w;
+    if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) || det == 0.0 {
+        return None;
+    }
+    let t = (u * f64::from(a[2]) + v * f64::from(b[2]) + w * f64::from(c[2])) / det;
+    let t = t as f32;
+    (t > 0.0 && t <= t_max).then_some(t)
+}
+
+/// Box around the part of a triangle in a cell (Sutherland & Hodgman 1974).
+fn clip(triangle: &Triangle, cell: &Aabb) -> Aabb {
+    let mut polygon: Vec<DVec3> = triangle.iter().map(|p| p.as_dvec3()).collect();
+    for axis in 0..3 {
+        for (bound, sign) in [(cell.min[axis], 1.0), (cell.max[axis], -1.0)] {
+            let height = |p: DVec3| sign * (p[axis] - f64::from(bound));
+            let mut kept = Vec::new();
+            for (i, &p) in polygon.iter().enumerate() {
+                let q = polygon[(i + 1) % polygon.len()];
+                let (dp, dq) = (height(p), height(q));
+                if dp >= 0.0 {
+                    kept.push(p);
+                }
+                if dp * dq < 0.0 {
+                    kept.push(p + (q - p) * (dp / (dp - dq)));
+                }
+            }
+            polygon = kept;
+        }
+    }
+    Aabb::of_points(polygon.into_iter().map(DVec3::as_vec3))
+}
+
+fn build(triangles: &[Triangle]) -> KdTree {
+    let bounds: Vec<Aabb> = triangles.iter().map(|t| Aabb::of_points(*t)).collect();
+    let tree = KdTree::build(&bounds, |id, cell| clip(&triangles[id as usize], cell));
+    validate(&tree, &bounds);
+    tree
+}
+
+fn leaf_ids(tree: &KdTree, word: u32, count: u32) -> Vec<u32> {
+    match count {
+        1 => vec![word],
+        _ => tree.ids[word as usize..][..count as usize].to_vec(),
+    }
+}
+
+/// Every node reached once, planes inside their cells, leaves sorted and inside the list, depths
+/// within the stack, every primitive listed.
+fn validate(tree: &KdTree, bounds: &[Aabb]) {
+    let (mut nodes, mut listed) = (0, vec![false; bounds.len()]);
+    tree.for_each_cell(|node, cell, depth| {
+        nodes += 1;
+        match node.kind() {
+            Kind::Inner { axis, split, .. } => {
+                assert!(cell.min[axis] < split && split < cell.max[axis]);
+            }
+            Kind::Leaf { word, count } => {
+                assert!(depth <= MAX_DEPTH);
+                let ids = leaf_ids(tree, word, count);
+                assert!(ids.is_sorted_by(|a, b| a < b), "{ids:?}");
+                ids.iter().for_each(|&id| listed[id as usize] = true);
+            }
+        }
+    });
+    assert_eq!(nodes, tree.nodes.len());
+    for (id, b) in bounds.iter().enumerate() {
+        assert_eq!(listed[id], !b.is_empty(), "primitive {id}");
+    }
+}
+
+/// Distance bits and id of the nearest hit, by a given walk over the primitives.
+fn closest(triangles: &[Triangle], ray: &Ray, walk: impl FnOnce(Visit)) -> Option<(u32, u32)> {
+    let mut best: Option<(f32, u32)> = None;
+    walk(
+        &mut |id, t_max| match intersect(triangles[id as usize], ray, t_max) {
+            Some(t) if best.is_none_or(|b| (t, id) < b) => {
+                best = Some((t, id));
+                t
+            }
+            _ => t_max,
+        },
+    );
+    best.map(|(t, id)| (t.to_bits(), id))
+}
+
+fn closest_in_tree(tree: &KdTree, triangles: &[Triangle], ray: &Ray) -> Option<(u32, u32)> {
+    closest(triangles, ray, |visit| tree.walk(ray, visit))
+}
+
+/// Compares all rays' hits, nearest and any, with brute force; gives the number of hits.
+fn check(tree: &KdTree, triangles: &[Triangle], rays: &[Ray]) -> usize {
+    let mut hits = 0;
+    for ray in rays {
+        let found = closest_in_tree(tree, triangles, ray);
+        let expected = closest(triangles, ray, |visit| {
+            let mut t_max = ray.t_max;
+            for id in 0..triangles.len() as u32 {
+                t_max = visit(id, t_max);
+            }
+        });
+        assert_eq!(found, expected, "{ray:?}");
+        let mut any = false;
+        tree.walk(ray, |id, t_max| {
+            assert!(!any, "visited after the stop");
+            any = intersect(triangles[id as usize], ray, t_max).is_some();
+            if any { f32::NEG_INFINITY } else { t_max }
+        });
+        assert_eq!(any, expected.is_some(), "{ray:?}");
+        hits += usize::from(any);
+    }
+    hits
+}
+
+/// Rays aimed at vertices, edges and insides, from outside, inside and from vertices; along
+/// axes, in planes, and with ends.
+fn rays_at(triangles: &[Triangle], n: usize, rng: &mut Rng) -> Vec<Ray> {
+    let bounds = Aabb::of_points(triangles.iter().flatten().copied());
+    let (center, size) = (bounds.center(), bounds.diagonal());
+    let aimed = |origin: Vec3, target: Vec3, t_max: f32| Ray {
+        origin,
+        dir: (target - origin).normalize_or(Vec3::X),
+        t_max,
+    };
+    let mut rays = Vec::new();
+    while rays.len() < n {
+        let triangle = triangles[rng.below(triangles.len())];
+        let target = match rng.below(3) {
+            0 => triangle[rng.below(3)],
+            1 => triangle[0].lerp(triangle[1], rng.unit()),
+            _ => rng.point_of(triangle),
+        };
+        let other = triangles[rng.below(triangles.len())];
+        let origin = match rng.below(4) {
+            0 => other[rng.below(3)],
+            1 => center + 3.0 * size * rng.cube(),
+            _ => center + 0.5 * size * rng.cube(),
+        };
+        let ray = aimed(origin, target, f32::INFINITY);
+        rays.push(ray);
+        // Through the target along an axis, with zeros of both signs.
+        let axis = Vec3::AXES[rng.below(3)] * [1.0, -1.0][rng.below(2)];
+        let along = Ray::new(target - size * axis, axis);
+        rays.push(along);
+        rays.push(Ray {
+            dir: axis.map(|x| if x == 0.0 { -0.0 } else { x }),
+            ..along
+        });
+        // One zero component: in a plane that vertices of a grid share.
+        let flat = (target - origin) * (Vec3::ONE - axis.abs());
+        rays.push(aimed(target - flat, target, f32::INFINITY));
+        // Ends at a hit, closed, and just before it.
+        let reach = (target - origin).length();
+        rays.push(Ray {
+            t_max: reach,
+            ..ray
+        });
+        rays.push(Ray {
+            t_max: reach.next_down(),
+            ..ray
+        });
+    }
+    rays
+}
+
+/// Random rays of all kinds against a scene; asserts that at least a tenth hit.
+fn check_scene(triangles: &[Triangle], n: usize, seed: u64) -> KdTree {
+    let tree = build(triangles);
+    let rays = rays_at(triangles, n, &mut Rng(seed));
+    let hits = check(&tree, triangles, &rays);
+    assert!(hits * 10 >= rays.len(), "{hits} hits of {n} rays");
+    tree
+}
+
+/// A closed sphere with bumps, poles included.
+fn bumpy_sphere(n: usize) -> Vec<Triangle> {
+    let point = |i: usize, j: usize| {
+        let theta = std::f32::consts::PI * j as f32 / n as f32;
+        let phi = std::f32::consts::PI * (i % (2 * n)) as f32 / n as f32;
+        let r = 1.0 + 0.2 * (5.0 * theta).sin() * (7.0 * phi).cos();
+        match j {
+            0 => Vec3::Z,
+            _ if j == n => -Vec3::Z,
+            _ => {
+                r * Vec3::new(
+                    theta.sin() * phi.cos(),
+                    theta.sin() * phi.sin(),
+                    theta.cos(),
+                )
+            }
+        }
+    };
+    let mut triangles = Vec::new();
+    for j in 0..n {
+        for i in 0..2 * n {
+            let [a, b] = [point(i, j), point(i + 1, j)];
+            let [c, d] = [point(i + 1, j + 1), point(i, j + 1)];
+            if j > 0 {
+                triangles.push([a, b, c]);
+            }
+            if j + 1 < n {
+                triangles.push([a, c, d]);
+            }
+        }
+    }
+    triangles
+}
+
+/// Two triangles per unit square of an n × n grid on each of three planes.
+fn grid(n: usize) -> Vec<Triangle> {
+    let mut triangles = Vec::new();
+    for axis in 0..3 {
+        let [u, v, w] = [0, 1, 2].map(|k| Vec3::AXES[(axis + k) % 3]);
+        for i in 0..n * n {
+            let corner = u * (i % n) as f32 + v * (i / n) as f32 + w * (n / 2) as f32;
+            triangles.push([corner, corner + u, corner + u + v]);
+            triangles.push([corner, corner + u + v, corner + v]);
+        }
+    }
+    triangles
+}
+
+/// Triangles of length 1000 and width 10⁻³, their centres within `spread` of the origin.
+fn needles(n: usize, spread: f32, rng: &mut Rng) -> Vec<Triangle> {
+    let mut needle = || {
+        let (center, along) = (spread * rng.cube(), 500.0 * rng.cube().normalize());
+        let tip = center + along;
+        [center - along, tip, tip + 1e-3 * rng.cube()]
+    };
+    (0..n).map(|_| needle()).collect()
+}

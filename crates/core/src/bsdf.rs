@@ -1,0 +1,197 @@
+//! How surfaces scatter light: perfect diffuse, perfect mirror, a blend of the two, or glass.
+
+use glam::Vec3;
+
+use crate::math::{Frame, warp};
+
+/// Scattering at one point. Two-sided except for glass, whose inside is the back.
+#[derive(Clone, Copy, Debug)]
+pub enum Bsdf {
+    /// Lambertian with this reflectance.
+    Diffuse(Vec3),
+    /// Perfect mirror with this reflectance.
+    Mirror(Vec3),
+    /// Both at once; each reflectance already carries its share of the blend.
+    Blend {
+        /// Diffuse reflectance.
+        diffuse: Vec3,
+        /// Mirror reflectance.
+        mirror: Vec3,
+    },
+    /// Clear glass of this index of refraction, in air.
+    Glass(f32),
+}
+
+/// A sampled direction.
+#[derive(Clone, Copy, Debug)]
+pub struct BsdfSample {
+    /// Unit direction in which the path goes on.
+    pub wi: Vec3,
+    /// f·|cos θ|/pdf, per channel.
+    pub weight: Vec3,
+    /// Density of `wi` per solid angle; meaningless if `specular`.
+    pub pdf: f32,
+    /// Whether the direction was the only one possible (a delta lobe).
+    pub specular: bool,
+}
+
+impl Bsdf {
+    /// Diffuse reflectance: what light sampling can use. Zero for mirror and glass.
+    pub fn diffuse(&self) -> Vec3 {
+        match *self {
+            Self::Diffuse(diffuse) | Self::Blend { diffuse, .. } => diffuse,
+            Self::Mirror(_) | Self::Glass(_) => Vec3::ZERO,
+        }
+    }
+
+    /// Probability that [`Bsdf::sample`] takes the diffuse lobe.
+    fn diffuse_share(&self) -> f32 {
+        match self {
+            Self::Diffuse(_) => 1.0,
+            Self::Blend { diffuse, mirror } => {
+                let (d, m) = (diffuse.element_sum(), mirror.element_sum());
+                d / (d + m)
+            }
+            Self::Mirror(_) | Self::Glass(_) => 0.0,
+        }
+    }
+
+    /// Density per solid angle with which [`Bsdf::sample`] gives a direction at `cos` > 0 from
+    /// the normal by its diffuse lobe.
+    pub fn pdf(&self, cos: f32) -> f32 {
+        self.diffuse_share() * cos * std::f32::consts::FRAC_1_PI
+    }
+
+    /// Draws a direction. `n` is the unit normal on the side of `wo`, `front` tells whether that
+    /// is the front, `wo` points away from the surface. `None` where nothing is scattered.
+    pub fn sample(
+        &self,
+        wo: Vec3,
+        n: Vec3,
+        front: bool,
+        choice: f32,
+        u: [f32; 2],
+    ) -> Option<BsdfSample> {
+        let diffuse = |reflectance: Vec3, share: f32| {
+            let local = warp::cosine_hemisphere(u);
+            (local.z > 0.0).then(|| BsdfSample {
+                wi: Frame::around(n).world_from_local(local).normalize(),
+                weight: reflectance / share,
+                pdf: share * local.z * std::f32::consts::FRAC_1_PI,
+                specular: false,
+            })
+        };
+        let specular = |wi: Vec3, weight: Vec3| {
+            Some(BsdfSample {
+                wi: wi.normalize(),
+                weight,
+                pdf: 0.0,
+                specular: true,
+            })
+        };
+        match *self {
+            Self::Diffuse(reflectance) => {
+                if reflectance == Vec3::ZERO {
+                    None
+                } else {
+                    diffuse(reflectance, 1.0)
+                }
+            }
+            Self::Mirror(reflectance) => {
+                if reflectance == Vec3::ZERO {
+                    None
+                } else {
+                    specular(reflect(wo, n), reflectance)
+                }
+            }
+            Self::Blend {
+                diffuse: d,
+                mirror: m,
+            } => {
+                let share = self.diffuse_share();
+                if !(share >= 0.0) {
+                    None // Both reflectances are zero.
+                } else if choice < share {
+                    diffuse(d, share)
+                } else {
+                    specular(reflect(wo, n), m / (1.0 - share))
+                }
+            }
+            Self::Glass(ior) => {
+                let eta = if front { 1.0 / ior } else { ior };
+                let cos = wo.dot(n).clamp(0.0, 1.0);
+                let (reflectance, cos_t) = fresnel(cos, eta);
+                // Chosen in proportion, so the weight is 1. Paths carry basic radiance L/n²
+                // (Veach 1997), which refraction does not change; camera and lights are in air.
+                if choice < reflectance {
+                    specular(reflect(wo, n), Vec3::ONE)
+                } else {
+                    specular(eta * -wo + (eta * cos - cos_t) * n, Vec3::ONE)
+                }
+            }
+        }
+    }
+}
+
+/// `wo` mirrored about `n`.
+fn reflect(wo: Vec3, n: Vec3) -> Vec3 {
+    2.0 * wo.dot(n) * n - wo
+}
+
+/// Unpolarised Fresnel reflectance of a dielectric at `cos` from the normal, and the cosine of the
+/// refracted direction; `eta` is the ratio of indices, incident over transmitted. Total
+/// reflection gives (1, 0).
+fn fresnel(cos: f32, eta: f32) -> (f32, f32) {
+    let sin2_t = eta * eta * (1.0 - cos * cos);
+    if sin2_t >= 1.0 {
+        return (1.0, 0.0);
+    }
+    let cos_t = (1.0 - sin2_t).sqrt();
+    let parallel = (cos - eta * cos_t) / (cos + eta * cos_t);
+    let perpendicular = (eta * cos - cos_t) / (eta * cos + cos_t);
+    (
+        0.5 * (parallel * parallel + perpendicular * perpendicular),
+        cos_t,
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fresnel_matches_the_textbook_angles() {
+        let n = 1.5f64;
+        // Normal incidence, from both sides.
+        for eta in [1.0 / 1.5, 1.5] {
+            assert!((fresnel(1.0, eta).0 - 0.04).abs() < 1e-6);
+        }
+        // Brewster's angle: the parallel part vanishes, so R is half the perpendicular part.
+        let brewster = libm::atan(n);
+        let (r, cos_t) = fresnel(libm::cos(brewster) as f32, 1.0 / 1.5);
+        assert!((f64::from(cos_t) - libm::sin(brewster)).abs() < 1e-6);
+        assert!((r - 0.073_964_5).abs() < 1e-5, "{r}");
+        // Total reflection from 41.8103° on.
+        let critical = libm::asin(1.0 / n).to_degrees();
+        assert!((critical - 41.8103).abs() < 1e-4);
+        assert!(fresnel(libm::cos((critical - 0.01).to_radians()) as f32, 1.5).0 < 1.0);
+        assert_eq!(
+            fresnel(libm::cos((critical + 0.01).to_radians()) as f32, 1.5).0,
+            1.0
+        );
+        // No boundary, grazing and exactly critical incidence stay finite.
+        assert_eq!(fresnel(0.5, 1.0).0, 0.0);
+        for (cos, eta) in [
+            (1e-7, 0.66),
+            (1e-7, 1.5),
+            (0.0, 0.66),
+            ((1.0f32 - 1.0 / 2.25).sqrt(), 1.5),
+        ] {
+            let (r, cos_t) = fresnel(cos, eta);
+            assert!(
+                (0.0..=1.0).contains(&r) && cos_t >= 0.0,
+                "{cos} {eta}: {r} {cos_t}"
+            );
+        }
+    }
+}

@@ -1,0 +1,87 @@
+//! The pinhole camera.
+
+use glam::Vec3;
+
+use crate::math::Ray;
+use crate::scene::CameraDesc;
+
+/// A camera ready to make rays for pictures of one size.
+#[derive(Clone, Copy, Debug)]
+pub struct Camera {
+    eye: Vec3,
+    /// From the eye to the upper left corner of the picture, one unit ahead.
+    corner: Vec3,
+    /// One pixel to the right.
+    right: Vec3,
+    /// One pixel down.
+    down: Vec3,
+    forward: Vec3,
+}
+
+impl Camera {
+    /// Sets up a camera; the error is one line that says what to change.
+    pub fn new(desc: &CameraDesc, width: u32, height: u32) -> Result<Self, String> {
+        let CameraDesc {
+            eye,
+            target,
+            up,
+            fov,
+        } = *desc;
+        if !(eye.is_finite() && target.is_finite() && up.is_finite()) {
+            return Err("camera: eye, target and up must be finite numbers".into());
+        }
+        if !(fov > 0.0 && fov < 180.0) {
+            return Err(format!(
+                "camera: fov is {fov}; use more than 0 and less than 180 degrees"
+            ));
+        }
+        // In f64: eye and target may be close together and far from the origin.
+        let axis = (target.as_dvec3() - eye.as_dvec3()).normalize_or_zero();
+        if axis == glam::DVec3::ZERO {
+            return Err("camera: eye and target are the same point; move one".into());
+        }
+        let up = up.as_dvec3().normalize_or_zero();
+        if up == glam::DVec3::ZERO {
+            return Err("camera: up is the zero vector; use for example [0, 1, 0]".into());
+        }
+        // Looking straight up or down: any other axis serves as up.
+        let side = axis.cross(up);
+        let side = if side.length() < 1e-6 {
+            axis.cross(up.any_orthonormal_vector())
+        } else {
+            side
+        };
+        let right = side.normalize();
+        let up = right.cross(axis);
+        let pixel = 2.0 * libm::tan(f64::from(fov).to_radians() * 0.5) / f64::from(height);
+        let (right, down) = (right * pixel, -up * pixel);
+        let corner = axis - right * (0.5 * f64::from(width)) - down * (0.5 * f64::from(height));
+        Ok(Self {
+            eye,
+            corner: corner.as_vec3(),
+            right: right.as_vec3(),
+            down: down.as_vec3(),
+            forward: axis.as_vec3(),
+        })
+    }
+
+    /// The ray through the point `offset` pixels from the centre of pixel (x, y); (0, 0) is at
+    /// the upper left.
+    pub fn ray(&self, [x, y]: [u32; 2], offset: [f32; 2]) -> Ray {
+        let (x, y) = (x as f32 + 0.5 + offset[0], y as f32 + 0.5 + offset[1]);
+        Ray::new(
+            self.eye,
+            (self.corner + x * self.right + y * self.down).normalize(),
+        )
+    }
+
+    /// Unit vector along the optical axis.
+    pub fn forward(&self) -> Vec3 {
+        self.forward
+    }
+
+    /// The pinhole.
+    pub fn eye(&self) -> Vec3 {
+        self.eye
+    }
+}

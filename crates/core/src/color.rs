@@ -1,0 +1,146 @@
+//! Colour: linear sRGB inside, and the way to what a screen shows.
+
+use std::fmt;
+use std::str::FromStr;
+use std::sync::LazyLock;
+
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+
+/// Relative luminance of linear sRGB (Rec. 709 weights).
+pub fn luminance(rgb: Vec3) -> f32 {
+    rgb.dot(Vec3::new(0.2126, 0.7152, 0.0722))
+}
+
+/// Linear light of an 8-bit sRGB value, in [0, 1] (IEC 61966-2-1).
+pub fn linear_from_srgb(value: u8) -> f32 {
+    static TABLE: LazyLock<[f32; 256]> = LazyLock::new(|| {
+        std::array::from_fn(|i| {
+            let x = i as f32 / 255.0;
+            if x <= 0.04045 {
+                x / 12.92
+            } else {
+                libm::powf((x + 0.055) / 1.055, 2.4)
+            }
+        })
+    });
+    TABLE[value as usize]
+}
+
+/// 8-bit sRGB of linear light; clamps to [0, 1], NaN gives 0.
+pub fn srgb_from_linear(x: f32) -> u8 {
+    /// Linear light at which the output steps from i to i + 1.
+    static STEPS: LazyLock<[f32; 255]> = LazyLock::new(|| {
+        std::array::from_fn(|i| {
+            let x = (i as f32 + 0.5) / 255.0;
+            if x <= 0.04045 {
+                x / 12.92
+            } else {
+                libm::powf((x + 0.055) / 1.055, 2.4)
+            }
+        })
+    });
+    STEPS.partition_point(|step| *step <= x) as u8
+}
+
+/// How scene light is bent into the range of a screen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ToneCurve {
+    /// Linear up to white, clipped above.
+    #[default]
+    Linear,
+    /// A film-like shoulder (Narkowicz 2015, a fit to the ACES curve).
+    Filmic,
+}
+
+impl ToneCurve {
+    /// Every curve, in the order of menus.
+    pub const ALL: [Self; 2] = [Self::Linear, Self::Filmic];
+
+    /// The name on the command line and in the UI.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Linear => "linear",
+            Self::Filmic => "filmic",
+        }
+    }
+}
+
+impl fmt::Display for ToneCurve {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+impl FromStr for ToneCurve {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Self, String> {
+        let names = Self::ALL.map(Self::name);
+        Self::ALL
+            .into_iter()
+            .find(|c| c.name() == text)
+            .ok_or_else(|| {
+                format!(
+                    "unknown tone curve \"{text}\"{}",
+                    crate::suggest::among(text, &names)
+                )
+            })
+    }
+}
+
+/// What happens between measured light and shown colour. Never touches what is measured.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ToneMap {
+    /// Brightness in photographic stops: light is multiplied by 2^exposure.
+    pub exposure: f32,
+    /// The curve applied after exposure.
+    pub curve: ToneCurve,
+}
+
+impl ToneMap {
+    /// The 8-bit sRGB colour shown for some light.
+    pub fn apply(&self, rgb: Vec3) -> [u8; 3] {
+        let x = (rgb * libm::exp2f(self.exposure)).max(Vec3::ZERO);
+        let x = match self.curve {
+            ToneCurve::Linear => x,
+            ToneCurve::Filmic => {
+                // The fit is made for light scaled by 0.6; the ratio tends to 2.51/2.43.
+                let x = (x * 0.6).min(Vec3::splat(1e4));
+                x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14)
+            }
+        };
+        x.to_array().map(srgb_from_linear)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_srgb_value_survives_the_round_trip() {
+        for value in 0..=255 {
+            assert_eq!(srgb_from_linear(linear_from_srgb(value)), value);
+        }
+    }
+
+    #[test]
+    fn values_out_of_range_are_clamped() {
+        let cases = [
+            (-0.1, 0),
+            (f32::NAN, 0),
+            (f32::INFINITY, 255),
+            (300.0, 255),
+            (0.003_130_8, 10),
+        ];
+        for (linear, shown) in cases {
+            assert_eq!(srgb_from_linear(linear), shown, "{linear}");
+        }
+        let map = ToneMap {
+            exposure: 0.0,
+            curve: ToneCurve::Filmic,
+        };
+        assert_eq!(map.apply(Vec3::splat(f32::MAX)), [255; 3]);
+    }
+}

@@ -1,0 +1,339 @@
+//! The accumulation buffer.
+//!
+//! Sums are 128-bit integers in units of 2⁻⁶⁰ W/(m²·sr): exact and associative, so any order and
+//! grouping of the same samples gives the same bits, and no sum ever freezes as f32 does. Each
+//! pixel holds two half-films (even and odd samples, see [`crate::sampler`]), whose difference
+//! estimates the noise without a reference. The film is cut into tiles; a tile is locked once per
+//! finished batch, never per sample.
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use glam::{DVec3, Vec3};
+
+use crate::filter::FilterSampler;
+
+/// Edge of a tile, pixels.
+pub const TILE: u32 = 16;
+
+/// Radiance from which on a sample does not fit the sums: 2⁴⁰ W/(m²·sr). Sums hold 2²⁷ such.
+const RADIANCE_LIMIT: f32 = (1u64 << 40) as f32;
+
+/// Fraction bits of the sums.
+const FRACTION_BITS: i32 = 60;
+
+/// Most invalid samples whose place is remembered.
+const INVALID_KEPT: usize = 64;
+
+/// Sum and count of the samples of one pixel in one half and one filter stratum.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Cell {
+    sum: [i128; 3],
+    count: u64,
+}
+
+/// A sample that was not a finite, non-negative radiance: left out of the picture and counted.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct InvalidSample {
+    /// Pixel, from the upper left.
+    pub pixel: [u32; 2],
+    /// Sample index.
+    pub sample: u64,
+}
+
+/// Where a tile lies in the picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TileRect {
+    /// Upper left pixel.
+    pub x: u32,
+    /// Upper left pixel.
+    pub y: u32,
+    /// Pixels across; [`TILE`] except at the right border.
+    pub width: u32,
+    /// Pixels down; [`TILE`] except at the lower border.
+    pub height: u32,
+}
+
+/// The samples of one tile: in the film, or a batch on its way there.
+#[derive(Clone, Debug)]
+pub struct Tile {
+    /// Position.
+    pub rect: TileRect,
+    /// Samples per pixel taken so far: sample indices `0..samples`.
+    pub samples: u64,
+    strata: usize,
+    /// Per pixel, row by row: `[half][stratum]`.
+    cells: Vec<Cell>,
+    invalid: Vec<InvalidSample>,
+    invalid_count: u64,
+}
+
+impl Tile {
+    fn new(rect: TileRect, strata: usize) -> Self {
+        let cells = vec![Cell::default(); (rect.width * rect.height) as usize * 2 * strata];
+        Self {
+            rect,
+            samples: 0,
+            strata,
+            cells,
+            invalid: Vec::new(),
+            invalid_count: 0,
+        }
+    }
+
+    /// An empty batch for the same pixels.
+    pub fn batch(&self) -> Self {
+        Self::new(self.rect, self.strata)
+    }
+
+    /// Adds one sample to pixel (x, y), counted from the tile's corner.
+    #[inline]
+    pub fn add(&mut self, [x, y]: [u32; 2], sample: u64, stratum: usize, radiance: Vec3) {
+        // Written so that NaN fails too.
+        if !(radiance.min_element() >= 0.0 && radiance.max_element() < RADIANCE_LIMIT) {
+            self.invalid_count += 1;
+            if self.invalid.len() < INVALID_KEPT {
+                self.invalid.push(InvalidSample {
+                    pixel: [self.rect.x + x, self.rect.y + y],
+                    sample,
+                });
+            }
+            return;
+        }
+        let pixel = (y * self.rect.width + x) as usize;
+        let cell = &mut self.cells[(pixel * 2 + (sample & 1) as usize) * self.strata + stratum];
+        for (sum, value) in cell.sum.iter_mut().zip(radiance.to_array()) {
+            *sum += fixed(value);
+        }
+        cell.count += 1;
+    }
+
+    fn merge(&mut self, batch: &Self) {
+        for (to, from) in self.cells.iter_mut().zip(&batch.cells) {
+            for (a, b) in to.sum.iter_mut().zip(from.sum) {
+                *a += b;
+            }
+            to.count += from.count;
+        }
+        self.invalid_count += batch.invalid_count;
+        self.invalid.extend_from_slice(&batch.invalid);
+        self.invalid.truncate(INVALID_KEPT);
+    }
+}
+
+/// A non-negative f32 below [`RADIANCE_LIMIT`] in units of 2⁻⁶⁰, rounded down.
+#[inline]
+fn fixed(x: f32) -> i128 {
+    let bits = x.to_bits();
+    let exponent = ((bits >> 23) & 0xff) as i32;
+    // Subnormals are far below the unit: reading them as normal numbers changes nothing.
+    let mantissa = i128::from((bits & 0x7f_ffff) | 0x80_0000);
+    let shift = exponent - 127 - 23 + FRACTION_BITS;
+    if shift >= 0 {
+        mantissa << shift
+    } else {
+        mantissa >> (-shift).min(127)
+    }
+}
+
+fn real(x: i128) -> f64 {
+    x as f64 * (0.5f64).powi(FRACTION_BITS)
+}
+
+/// A picture in linear sRGB, row by row from the upper left.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Image {
+    /// Pixels across.
+    pub width: u32,
+    /// Pixels down.
+    pub height: u32,
+    /// `width·height` pixels.
+    pub pixels: Vec<Vec3>,
+}
+
+/// The film of one render: belongs to one scene, camera and settings for its whole life. A
+/// change starts a new film, so that nothing late can land in it.
+#[derive(Debug)]
+pub struct Film {
+    width: u32,
+    height: u32,
+    /// Weight of each filter stratum's mean.
+    weights: [f64; 2],
+    /// From the centre of the picture outwards.
+    tiles: Vec<Mutex<Tile>>,
+}
+
+impl Film {
+    /// An empty film; sizes must be at least 1.
+    pub fn new(width: u32, height: u32, filter: &FilterSampler) -> Self {
+        let mut rects = Vec::new();
+        for y in (0..height).step_by(TILE as usize) {
+            for x in (0..width).step_by(TILE as usize) {
+                rects.push(TileRect {
+                    x,
+                    y,
+                    width: TILE.min(width - x),
+                    height: TILE.min(height - y),
+                });
+            }
+        }
+        let from_center = |r: &TileRect| {
+            let dx = i64::from(2 * r.x + r.width) - i64::from(width);
+            let dy = i64::from(2 * r.y + r.height) - i64::from(height);
+            dx * dx + dy * dy
+        };
+        rects.sort_by_key(from_center);
+        let tiles = rects
+            .into_iter()
+            .map(|r| Mutex::new(Tile::new(r, filter.strata())))
+            .collect();
+        Self {
+            width,
+            height,
+            weights: filter.weights(),
+            tiles,
+        }
+    }
+
+    /// Pixels across and down.
+    pub fn size(&self) -> [u32; 2] {
+        [self.width, self.height]
+    }
+
+    /// Number of tiles.
+    pub fn tiles(&self) -> usize {
+        self.tiles.len()
+    }
+
+    /// One tile, locked. A panic elsewhere cannot leave it half-written: only [`Film::merge`]
+    /// writes, and it does not panic.
+    fn tile(&self, i: usize) -> MutexGuard<'_, Tile> {
+        self.tiles[i].lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// An empty batch for tile `i`, and the index of the first sample it lacks.
+    pub fn batch(&self, i: usize) -> (Tile, u64) {
+        let tile = self.tile(i);
+        (tile.batch(), tile.samples)
+    }
+
+    /// Adds a batch that holds the samples `first..end` of tile `i`. Refused (returns false) if
+    /// those are not the ones that come next.
+    pub fn merge(&self, i: usize, batch: &Tile, first: u64, end: u64) -> bool {
+        let mut tile = self.tile(i);
+        if tile.samples != first || batch.rect != tile.rect {
+            return false;
+        }
+        tile.merge(batch);
+        tile.samples = end;
+        true
+    }
+
+    /// Samples per pixel that every tile has.
+    pub fn samples(&self) -> u64 {
+        (0..self.tiles.len())
+            .map(|i| self.tile(i).samples)
+            .min()
+            .unwrap_or(0)
+    }
+
+    /// Number of samples left out because they were NaN, infinite, negative or too large, and
+    /// the first few of them.
+    pub fn invalid(&self) -> (u64, Vec<InvalidSample>) {
+        let mut count = 0;
+        let mut kept = Vec::new();
+        for i in 0..self.tiles.len() {
+            let tile = self.tile(i);
+            count += tile.invalid_count;
+            kept.extend_from_slice(&tile.invalid);
+        }
+        kept.truncate(INVALID_KEPT);
+        (count, kept)
+    }
+
+    /// The picture so far; pixels without samples are black.
+    pub fn develop(&self) -> Image {
+        let pixels = vec![Vec3::ZERO; self.width as usize * self.height as usize];
+        let mut image = Image {
+            width: self.width,
+            height: self.height,
+            pixels,
+        };
+        self.develop_over(&mut image);
+        image
+    }
+
+    /// The picture so far where there is one: pixels without samples are left as they are.
+    pub fn develop_over(&self, image: &mut Image) {
+        self.for_each_pixel(|index, cells| {
+            if cells.iter().any(|c| c.count > 0) {
+                image.pixels[index] = self.mean(cells, [0, 1]).as_vec3();
+            }
+        });
+    }
+
+    /// Estimated relative error of the picture, from the difference of the half-films: the
+    /// square root of the mean over pixels and channels of variance/(value² + 0.01). It measures
+    /// noise, not bias. `None` below two samples per pixel.
+    pub fn noise(&self) -> Option<f64> {
+        let mut sum = 0.0;
+        let mut known = true;
+        self.for_each_pixel(|_, cells| {
+            let halves = cells.len() / 2;
+            let count = |half: usize| {
+                cells[half * halves..][..halves]
+                    .iter()
+                    .map(|c| c.count)
+                    .sum::<u64>() as f64
+            };
+            let (n0, n1) = (count(0), count(1));
+            if n0 == 0.0 || n1 == 0.0 {
+                known = false;
+                return;
+            }
+            let mean = self.mean(cells, [0, 1]);
+            let difference = self.mean(cells, [0]) - self.mean(cells, [1]);
+            let variance = difference * difference * (n0 * n1 / ((n0 + n1) * (n0 + n1)));
+            sum += (variance / (mean * mean + 0.01)).element_sum();
+        });
+        let pixels = f64::from(self.width) * f64::from(self.height);
+        known.then(|| (sum / (3.0 * pixels)).sqrt())
+    }
+
+    /// Mean radiance of some halves of a pixel.
+    fn mean<const N: usize>(&self, cells: &[Cell], halves: [usize; N]) -> DVec3 {
+        let strata = cells.len() / 2;
+        let stratum = |s: usize| {
+            let mut sum = [0i128; 3];
+            let mut count = 0;
+            for half in halves {
+                let cell = &cells[half * strata + s];
+                count += cell.count;
+                for (a, b) in sum.iter_mut().zip(cell.sum) {
+                    *a += b;
+                }
+            }
+            (count > 0).then(|| DVec3::from_array(sum.map(real)) / count as f64)
+        };
+        match (stratum(0), (strata > 1).then(|| stratum(1)).flatten()) {
+            (Some(p), Some(n)) => self.weights[0] * p + self.weights[1] * n,
+            // One stratum not sampled yet: the other stands for both, as in a constant scene.
+            (Some(mean), None) | (None, Some(mean)) => mean,
+            (None, None) => DVec3::ZERO,
+        }
+    }
+
+    /// Calls `f` with each pixel's index in an [`Image`] and its cells.
+    fn for_each_pixel(&self, mut f: impl FnMut(usize, &[Cell])) {
+        for i in 0..self.tiles.len() {
+            let tile = self.tile(i);
+            let rect = tile.rect;
+            for (k, cells) in tile.cells.chunks_exact(2 * tile.strata).enumerate() {
+                let (x, y) = (
+                    rect.x + k as u32 % rect.width,
+                    rect.y + k as u32 / rect.width,
+                );
+                f(y as usize * self.width as usize + x as usize, cells);
+            }
+        }
+    }
+}

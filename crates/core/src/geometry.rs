@@ -1,0 +1,360 @@
+//! All primitives of a scene in flat arrays, their accelerator, and what a ray finds there.
+//!
+//! Primitive ids run over the triangles, then the quads, then the spheres. Among hits at equal
+//! distance the lowest id wins, so every accelerator gives the same answer.
+
+use glam::{DVec3, Vec2, Vec3};
+
+use crate::accel::KdTree;
+use crate::math::{Aabb, Ray, gamma, offset_origin};
+use crate::settings::AccelKind;
+use crate::shape::{Quad, ShearedRay, Sphere, triangle_area, unit_normal};
+
+/// Below this many primitives, testing them all beats walking a tree (measured: docs/speed.md).
+const BRUTE_BELOW: usize = 8;
+
+/// Relative distance within which an emitter wins against a surface in the same place.
+const NUDGE: f32 = 1.0 / (1 << 20) as f32;
+
+/// Primitives of a scene; see the module's text for ids.
+#[derive(Debug, Default)]
+pub struct Primitives {
+    /// Vertices of each triangle, counter-clockwise on the front.
+    pub triangles: Vec<[Vec3; 3]>,
+    /// Texture coordinates of each triangle's vertices; empty if no mesh has any.
+    pub triangle_uvs: Vec<[Vec2; 3]>,
+    /// Parallelograms.
+    pub quads: Vec<Quad>,
+    /// Spheres.
+    pub spheres: Vec<Sphere>,
+    /// Material slot of each primitive, by id.
+    pub slots: Vec<u32>,
+}
+
+/// A primitive by kind.
+#[derive(Clone, Copy, Debug)]
+pub enum Primitive {
+    /// Three vertices.
+    Triangle([Vec3; 3]),
+    /// A parallelogram.
+    Quad(Quad),
+    /// A sphere.
+    Sphere(Sphere),
+}
+
+/// Nearest hit of a ray.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Distance.
+    pub t: f32,
+    /// Primitive id.
+    pub prim: u32,
+    /// Triangle: second barycentric; quad: coordinate along the first edge; sphere: 0.
+    pub u: f32,
+    /// Triangle: third barycentric; quad: coordinate along the last edge; sphere: 0.
+    pub v: f32,
+}
+
+/// A point on a surface.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfacePoint {
+    /// Position.
+    pub p: Vec3,
+    /// The true hit point lies within `p ± p_err`.
+    pub p_err: Vec3,
+    /// Unit geometric normal of the front.
+    pub n: Vec3,
+}
+
+impl SurfacePoint {
+    /// Origin for a ray that leaves in direction `w`.
+    pub fn leave(&self, w: Vec3) -> Vec3 {
+        offset_origin(self.p, self.p_err, self.n, w)
+    }
+
+    /// The point of a triangle with barycentric coordinates (1−b1−b2, b1, b2).
+    pub fn of_triangle([a, b, c]: [Vec3; 3], [b1, b2]: [f32; 2]) -> Self {
+        let b0 = 1.0 - b1 - b2;
+        let (pa, pb, pc) = (b0 * a, b1 * b, b2 * c);
+        Self {
+            p: pa + pb + pc,
+            p_err: gamma(7) * (pa.abs() + pb.abs() + pc.abs()),
+            n: unit_normal(b - a, c - a),
+        }
+    }
+
+    /// The point (u, v) of a quad.
+    pub fn of_quad(quad: &Quad, u: f32, v: f32) -> Self {
+        let (triangle, b) = quad.triangle_at(u, v);
+        Self {
+            n: quad.normal(),
+            ..Self::of_triangle(triangle, b)
+        }
+    }
+
+    /// The point of a sphere next to `p`.
+    pub fn of_sphere(sphere: &Sphere, p: Vec3) -> Self {
+        let p = sphere.project(p);
+        let n = ((p - sphere.center) / sphere.radius).normalize();
+        let p_err = gamma(5) * (p.abs() + sphere.center.abs() + Vec3::splat(sphere.radius));
+        Self { p, p_err, n }
+    }
+}
+
+impl Primitives {
+    /// Number of primitives.
+    pub fn len(&self) -> usize {
+        self.triangles.len() + self.quads.len() + self.spheres.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The primitive of an id.
+    #[inline(always)]
+    pub fn get(&self, id: u32) -> Primitive {
+        let i = id as usize;
+        if let Some(triangle) = self.triangles.get(i) {
+            return Primitive::Triangle(*triangle);
+        }
+        let i = i - self.triangles.len();
+        match self.quads.get(i) {
+            Some(quad) => Primitive::Quad(*quad),
+            None => Primitive::Sphere(self.spheres[i - self.quads.len()]),
+        }
+    }
+
+    /// Area of a primitive, square scene units.
+    pub fn area(&self, id: u32) -> f32 {
+        match self.get(id) {
+            Primitive::Triangle(triangle) => triangle_area(triangle),
+            Primitive::Quad(quad) => quad.area(),
+            Primitive::Sphere(sphere) => sphere.area(),
+        }
+    }
+
+    /// Box around a primitive.
+    pub fn bounds(&self, id: u32) -> Aabb {
+        match self.get(id) {
+            Primitive::Triangle(triangle) => Aabb::of_points(triangle),
+            Primitive::Quad(quad) => Aabb::of_points(quad.corners),
+            Primitive::Sphere(Sphere { center, radius }) => Aabb {
+                min: (center - radius).map(f32::next_down),
+                max: (center + radius).map(f32::next_up),
+            },
+        }
+    }
+
+    /// Box around the part of a primitive inside `cell`.
+    fn clipped_bounds(&self, id: u32, cell: &Aabb) -> Aabb {
+        match self.get(id) {
+            Primitive::Triangle(triangle) => clip_polygon(&triangle, cell),
+            Primitive::Quad(quad) => clip_polygon(&quad.corners, cell),
+            Primitive::Sphere(_) => self.bounds(id).intersection(*cell),
+        }
+    }
+
+    /// Tests one primitive: its hit in `(0, t_max]`.
+    #[inline(always)]
+    fn intersect(&self, id: u32, ray: &Ray, sheared: &ShearedRay, t_max: f32) -> Option<Hit> {
+        match self.get(id) {
+            Primitive::Triangle(triangle) => sheared.triangle(triangle, t_max).map(|h| Hit {
+                t: h.t,
+                prim: id,
+                u: h.b1,
+                v: h.b2,
+            }),
+            Primitive::Quad(quad) => quad.intersect(sheared, t_max).map(|h| Hit {
+                t: h.t,
+                prim: id,
+                u: h.u,
+                v: h.v,
+            }),
+            Primitive::Sphere(sphere) => sphere.intersect(ray, t_max).map(|t| Hit {
+                t,
+                prim: id,
+                u: 0.0,
+                v: 0.0,
+            }),
+        }
+    }
+
+    /// The surface at a hit of `ray`.
+    pub fn surface_point(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+        match self.get(hit.prim) {
+            Primitive::Triangle(triangle) => SurfacePoint::of_triangle(triangle, [hit.u, hit.v]),
+            Primitive::Quad(quad) => SurfacePoint::of_quad(&quad, hit.u, hit.v),
+            Primitive::Sphere(sphere) => SurfacePoint::of_sphere(&sphere, ray.at(hit.t)),
+        }
+    }
+
+    /// Texture coordinates at a hit: the mesh's own, or (u, v) on quads; zero on spheres.
+    pub fn uv(&self, hit: &Hit) -> Vec2 {
+        let i = hit.prim as usize;
+        if i >= self.triangles.len() {
+            return Vec2::new(hit.u, hit.v);
+        }
+        self.triangle_uvs.get(i).map_or(Vec2::ZERO, |[a, b, c]| {
+            (1.0 - hit.u - hit.v) * *a + hit.u * *b + hit.v * *c
+        })
+    }
+}
+
+/// Box around the part of a convex polygon inside a box: clipped plane by plane in f64
+/// (Sutherland & Hodgman 1974), rounded outward.
+fn clip_polygon<const N: usize>(corners: &[Vec3; N], cell: &Aabb) -> Aabb {
+    // Each of six planes adds at most one corner.
+    let mut polygon = [DVec3::ZERO; 10];
+    let mut count = N;
+    for (to, from) in polygon.iter_mut().zip(corners) {
+        *to = from.as_dvec3();
+    }
+    for axis in 0..3 {
+        for (bound, sign) in [(cell.min[axis], 1.0), (cell.max[axis], -1.0)] {
+            let bound = f64::from(bound);
+            let input = polygon;
+            let n = std::mem::take(&mut count);
+            for i in 0..n {
+                let (p, q) = (input[i], input[(i + 1) % n]);
+                let (dp, dq) = (sign * (p[axis] - bound), sign * (q[axis] - bound));
+                if dp >= 0.0 {
+                    polygon[count] = p;
+                    count += 1;
+                }
+                if (dp > 0.0 && dq < 0.0) || (dp < 0.0 && dq > 0.0) {
+                    polygon[count] = p + (q - p) * (dp / (dp - dq));
+                    polygon[count][axis] = bound;
+                    count += 1;
+                }
+            }
+        }
+    }
+    let (mut min, mut max) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for p in &polygon[..count] {
+        (min, max) = (min.min(*p), max.max(*p));
+    }
+    let (lo, hi) = (min.as_vec3(), max.as_vec3());
+    let outward = |rounded: f32, exact: f64, down: bool| {
+        if down && f64::from(rounded) > exact {
+            rounded.next_down()
+        } else if !down && f64::from(rounded) < exact {
+            rounded.next_up()
+        } else {
+            rounded
+        }
+    };
+    let axis = |i: usize| (outward(lo[i], min[i], true), outward(hi[i], max[i], false));
+    let ((x0, x1), (y0, y1), (z0, z1)) = (axis(0), axis(1), axis(2));
+    Aabb {
+        min: Vec3::new(x0, y0, z0),
+        max: Vec3::new(x1, y1, z1),
+    }
+}
+
+/// Primitives with their accelerator: what rays are cast at. Frozen.
+#[derive(Debug)]
+pub struct Geometry {
+    primitives: Primitives,
+    tree: Option<KdTree>,
+    bounds: Aabb,
+}
+
+impl Geometry {
+    /// Freezes primitives and builds the tree unless `accel` does without.
+    pub fn build(primitives: Primitives, accel: AccelKind) -> Self {
+        let boxes: Vec<Aabb> = (0..primitives.len() as u32)
+            .map(|id| primitives.bounds(id))
+            .collect();
+        let bounds = boxes.iter().fold(Aabb::EMPTY, |a, b| a.union(*b));
+        let wants_tree = match accel {
+            AccelKind::Auto => primitives.len() >= BRUTE_BELOW,
+            AccelKind::Brute => false,
+            AccelKind::KdTree => true,
+        };
+        let tree = wants_tree
+            .then(|| KdTree::build(&boxes, |id, cell| primitives.clipped_bounds(id, cell)));
+        Self {
+            primitives,
+            tree,
+            bounds,
+        }
+    }
+
+    /// The primitives.
+    pub fn primitives(&self) -> &Primitives {
+        &self.primitives
+    }
+
+    /// The tree, if there is one.
+    pub fn tree(&self) -> Option<&KdTree> {
+        self.tree.as_ref()
+    }
+
+    /// Box around everything.
+    pub fn bounds(&self) -> Aabb {
+        self.bounds
+    }
+
+    /// Calls `visit(id, t_max)` for every primitive that `ray` may hit, as [`KdTree::walk`] does.
+    #[inline(always)]
+    fn walk(&self, ray: &Ray, mut visit: impl FnMut(u32, f32) -> f32) {
+        match &self.tree {
+            Some(tree) => tree.walk(ray, visit),
+            None => {
+                let mut t_max = ray.t_max;
+                for id in 0..self.primitives.len() as u32 {
+                    t_max = visit(id, t_max);
+                }
+            }
+        }
+    }
+
+    /// The nearest hit with `0 < t ≤ t_max`; the lowest id among equals. Primitives that
+    /// `is_emitter` count as nearer by a rounding error, so that a lamp in the plane of a ceiling
+    /// is seen, whatever the order of the primitives.
+    #[inline]
+    pub fn intersect(&self, ray: &Ray, is_emitter: impl Fn(u32) -> bool) -> Option<Hit> {
+        let sheared = ShearedRay::new(ray);
+        let mut best: Option<Hit> = None;
+        self.walk(ray, |id, t_max| {
+            // A little further than t_max, for emitters that are then counted as nearer.
+            let Some(mut hit) = self
+                .primitives
+                .intersect(id, ray, &sheared, t_max * (1.0 + NUDGE))
+            else {
+                return t_max;
+            };
+            if is_emitter(id) {
+                hit.t *= 1.0 - NUDGE;
+            }
+            if hit.t > t_max || best.is_some_and(|b| hit.t == b.t && id >= b.prim) {
+                return t_max;
+            }
+            best = Some(hit);
+            hit.t
+        });
+        best
+    }
+
+    /// Whether anything but primitive `except` is hit with `0 < t ≤ t_max`.
+    #[inline]
+    pub fn occluded(&self, ray: &Ray, except: u32) -> bool {
+        let sheared = ShearedRay::new(ray);
+        let mut found = false;
+        self.walk(ray, |id, t_max| {
+            if !found
+                && id != except
+                && self
+                    .primitives
+                    .intersect(id, ray, &sheared, t_max)
+                    .is_some()
+            {
+                found = true;
+            }
+            if found { f32::NEG_INFINITY } else { t_max }
+        });
+        found
+    }
+}

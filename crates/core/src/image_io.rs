@@ -1,0 +1,178 @@
+//! Pictures in files: PNG as shown, EXR as measured (32-bit float, linear sRGB). Both carry the
+//! replay line, with which the picture can be made again, bit for bit. Files are written aside
+//! and renamed, so that a crash never leaves half a picture under the name.
+
+use std::fs;
+use std::io::{BufWriter, Write as _};
+use std::path::{Path, PathBuf};
+
+use exr::prelude::{
+    AttributeValue, Encoding, Image as ExrImage, Layer, LayerAttributes, SpecificChannels, Text,
+    WritableImage as _,
+};
+use glam::Vec3;
+
+use crate::color::ToneMap;
+use crate::film::Image;
+
+/// Key of the replay line in PNG text and EXR attributes.
+pub const REPLAY_KEY: &str = "lightbox";
+
+/// File formats, by extension.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// 8 bits per channel, sRGB, tone-mapped.
+    Png,
+    /// 32-bit float, linear.
+    Exr,
+}
+
+impl Format {
+    /// The format of a path; the error is one line.
+    pub fn of(path: &Path) -> Result<Self, String> {
+        let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+        match extension.as_deref() {
+            Some("png") => Ok(Self::Png),
+            Some("exr") => Ok(Self::Exr),
+            _ => Err(format!(
+                "{}: unknown kind of picture; name it *.png or *.exr",
+                path.display()
+            )),
+        }
+    }
+}
+
+/// Checks that a picture can be written to `path`, before any work is done for it.
+pub fn check_writable(path: &Path) -> Result<(), String> {
+    Format::of(path)?;
+    if path.is_dir() {
+        return Err(format!(
+            "{}: is a folder; name a file in it",
+            path.display()
+        ));
+    }
+    let aside = beside(path);
+    fs::File::create(&aside).map_err(|e| cannot_write(path, &e))?;
+    fs::remove_file(&aside).map_err(|e| cannot_write(path, &e))
+}
+
+/// Writes a picture as PNG or EXR, by extension, with a replay line. The tone map is for PNG.
+pub fn write(path: &Path, image: &Image, tone: ToneMap, replay: &str) -> Result<(), String> {
+    let bytes = match Format::of(path)? {
+        Format::Png => encode_png(image, tone, replay),
+        Format::Exr => encode_exr(image, replay),
+    };
+    let bytes = bytes.map_err(|e| format!("{}: cannot be encoded ({e})", path.display()))?;
+    let aside = beside(path);
+    let written = fs::File::create(&aside)
+        .and_then(|mut file| file.write_all(&bytes).and_then(|()| file.sync_all()))
+        .and_then(|()| fs::rename(&aside, path));
+    written.map_err(|e| {
+        // The name was never touched; what was written aside is of no use.
+        let _ = fs::remove_file(&aside);
+        cannot_write(path, &e)
+    })
+}
+
+fn cannot_write(path: &Path, e: &std::io::Error) -> String {
+    format!(
+        "{}: cannot be written ({e}); choose a folder that exists and that you may write to",
+        path.display()
+    )
+}
+
+/// A name in the same folder for the file in the making.
+fn beside(path: &Path) -> PathBuf {
+    let mut name = std::ffi::OsString::from(".");
+    name.push(path.file_name().unwrap_or_default());
+    name.push(format!(".{}.part", std::process::id()));
+    path.with_file_name(name)
+}
+
+/// The image as a screen shows it: RGB, 8 bits, row by row.
+pub fn tone_mapped(image: &Image, tone: ToneMap) -> Vec<u8> {
+    image
+        .pixels
+        .iter()
+        .flat_map(|rgb| tone.apply(*rgb))
+        .collect()
+}
+
+fn encode_png(image: &Image, tone: ToneMap, replay: &str) -> Result<Vec<u8>, String> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(BufWriter::new(&mut bytes), image.width, image.height);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
+    encoder
+        .add_itxt_chunk(REPLAY_KEY.into(), replay.into())
+        .map_err(|e| e.to_string())?;
+    let mut writer = encoder.write_header().map_err(|e| e.to_string())?;
+    writer
+        .write_image_data(&tone_mapped(image, tone))
+        .map_err(|e| e.to_string())?;
+    writer.finish().map_err(|e| e.to_string())?;
+    Ok(bytes)
+}
+
+fn encode_exr(image: &Image, replay: &str) -> Result<Vec<u8>, String> {
+    let (width, height) = (image.width as usize, image.height as usize);
+    let channels = SpecificChannels::rgb(|at: exr::math::Vec2<usize>| {
+        let Vec3 { x, y, z } = image.pixels[at.y() * width + at.x()];
+        (x, y, z)
+    });
+    let mut attributes = LayerAttributes::named("");
+    attributes.layer_name = None;
+    attributes.software_name = Some(Text::from("lightbox"));
+    attributes.other.insert(
+        Text::from(REPLAY_KEY),
+        AttributeValue::Text(Text::from(replay)),
+    );
+    let layer = Layer::new(
+        (width, height),
+        attributes,
+        Encoding::FAST_LOSSLESS,
+        channels,
+    );
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    ExrImage::from_layer(layer)
+        .write()
+        .to_buffered(&mut bytes)
+        .map_err(|e| e.to_string())?;
+    Ok(bytes.into_inner())
+}
+
+/// Reads a picture: EXR as it is, PNG and other 8-bit formats decoded from sRGB to linear. The
+/// error is one line.
+pub fn read(path: &Path) -> Result<Image, String> {
+    let bytes = fs::read(path).map_err(|e| format!("{}: cannot be read ({e})", path.display()))?;
+    let decoded = image::load_from_memory(&bytes).map_err(|e| {
+        format!(
+            "{}: not a picture that can be read ({e}); use EXR or PNG",
+            path.display()
+        )
+    })?;
+    let is_float = matches!(
+        decoded,
+        image::DynamicImage::ImageRgb32F(_) | image::DynamicImage::ImageRgba32F(_)
+    );
+    let (width, height) = (decoded.width(), decoded.height());
+    let pixels = if is_float {
+        decoded
+            .into_rgb32f()
+            .pixels()
+            .map(|p| Vec3::from_array(p.0))
+            .collect()
+    } else {
+        decoded
+            .into_rgb8()
+            .pixels()
+            .map(|p| Vec3::from_array(p.0.map(crate::color::linear_from_srgb)))
+            .collect()
+    };
+    Ok(Image {
+        width,
+        height,
+        pixels,
+    })
+}

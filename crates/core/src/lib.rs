@@ -1,0 +1,57 @@
+//! lightbox-core: a headless path tracer.
+//!
+//! # Architecture
+//!
+//! One chain, in which every module uses only those before it:
+//!
+//! ```text
+//! scene file or OBJ → SceneDesc → Scene → Integrator → Tile → Film → Image → PNG | EXR | texture
+//! ```
+//!
+//! - [`scene::load`] reads a TOML scene or an OBJ mesh into a [`SceneDesc`], plain data that can
+//!   be edited and saved. [`Scene::build`] freezes it: primitives, materials, lights and the
+//!   accelerator, shared by `Arc`. [`Scene::edit`] takes an edited description and rebuilds only
+//!   what it changed.
+//! - [`render::render`] is the composition root: for each tile, pixel and sample it draws a film
+//!   position from the [`filter`], a ray from the [`Camera`], a radiance from the
+//!   [`integrator`], and adds it to the tile; a finished tile is merged into the [`Film`].
+//! - [`Film::develop`] turns sums into an [`Image`], [`color::ToneMap`] an image into what a
+//!   screen shows, [`image_io`] writes files.
+//!
+//! A sample is a pure function of (scene, camera, settings, pixel, sample index), and the film's
+//! sums are exact, so the picture has the same bits at any number of threads, with any pauses,
+//! in any batches.
+//!
+//! The library knows no window, no standard output and no clock.
+
+// From the bottom up.
+pub mod color;
+pub mod filter;
+pub mod math;
+pub mod sampler;
+pub mod settings;
+pub mod suggest;
+// Surfaces.
+pub mod accel;
+pub mod bsdf;
+pub mod geometry;
+pub mod material;
+pub mod shape;
+pub mod texture;
+// The scene.
+pub mod camera;
+pub mod light;
+pub mod scene;
+// Transport and pictures.
+pub mod compare;
+pub mod film;
+pub mod image_io;
+pub mod integrator;
+pub mod render;
+
+pub use camera::Camera;
+pub use film::{Film, Image};
+pub use filter::{Filter, FilterKind};
+pub use render::View;
+pub use scene::{Scene, SceneDesc, SceneError};
+pub use settings::{AccelKind, Method, RenderSettings, SamplerKind};

@@ -1,0 +1,10 @@
+//! Rays, boxes, frames and warps: the geometry that everything else stands on. Knows glam only.
+
+mod aabb;
+mod frame;
+mod ray;
+pub mod warp;
+
+pub use aabb::Aabb;
+pub use frame::Frame;
+pub use ray::{Ray, gamma, offset_origin};

@@ -1,0 +1,119 @@
+//! Random numbers as a pure function of (pixel, sample, seed, dimension): nothing is stored, so
+//! samples can be taken in any order, on any thread, or again.
+//!
+//! Sample `i` belongs to half `i & 1`: the two halves use unrelated randomisations and are
+//! accumulated apart, so that their difference measures the noise of the picture.
+
+use crate::settings::SamplerKind;
+
+/// What a pair of random numbers is for. Numbered by purpose, not by order of use, so that a
+/// branch not taken shifts nothing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Dim {
+    /// Position in the pixel filter.
+    Pixel,
+    /// Direction of the BSDF at a bounce (the first surface is bounce 0).
+    BsdfDirection(u32),
+    /// First: lobe of the BSDF; second: Russian roulette.
+    Choice(u32),
+    /// First: which light; second is free.
+    LightPick(u32),
+    /// Point on the light.
+    LightPoint(u32),
+}
+
+impl Dim {
+    fn index(self) -> u32 {
+        match self {
+            Self::Pixel => 0,
+            Self::BsdfDirection(b) => b.wrapping_mul(4).wrapping_add(1),
+            Self::Choice(b) => b.wrapping_mul(4).wrapping_add(2),
+            Self::LightPick(b) => b.wrapping_mul(4).wrapping_add(3),
+            Self::LightPoint(b) => b.wrapping_mul(4).wrapping_add(4),
+        }
+    }
+}
+
+/// The random numbers of one sample of one pixel.
+#[derive(Clone, Copy, Debug)]
+pub struct Sampler {
+    kind: SamplerKind,
+    /// Everything but the index and the dimension, mixed.
+    key: u64,
+    /// Index within the half, low bits (the high bits are in `key`).
+    index: u32,
+}
+
+impl Sampler {
+    /// The numbers of sample `sample` of pixel (`x`, `y`).
+    pub fn new(kind: SamplerKind, seed: u64, [x, y]: [u32; 2], sample: u64) -> Self {
+        let (half, index) = (sample & 1, sample >> 1);
+        let key = mix(seed ^ 0x6c69_6768_7462_6f78);
+        let key = mix(key ^ (u64::from(x) << 32 | u64::from(y)));
+        let key = mix(key ^ ((index >> 32) << 1 | half));
+        Self {
+            kind,
+            key,
+            index: index as u32,
+        }
+    }
+
+    /// Two numbers in [0, 1).
+    pub fn get_2d(&self, dim: Dim) -> [f32; 2] {
+        let key = mix(self
+            .key
+            .wrapping_add(u64::from(dim.index()).wrapping_mul(0x9e37_79b9_7f4a_7c15)));
+        match self.kind {
+            SamplerKind::Independent => {
+                let bits = mix(key ^ u64::from(self.index));
+                [unit_f32((bits >> 32) as u32), unit_f32(bits as u32)]
+            }
+            SamplerKind::Sobol => {
+                // Burley 2020, Practical Hash-Based Owen Scrambling: the index is shuffled by a
+                // nested uniform permutation, then each coordinate is scrambled the same way.
+                // `reversed` is the shuffled index with its bits reversed: the van der Corput
+                // point, which is the first Sobol coordinate.
+                let reversed = owen(self.index.reverse_bits(), key as u32);
+                let x = owen(reversed.reverse_bits(), (key >> 32) as u32);
+                let y = owen(
+                    sobol_second(reversed).reverse_bits(),
+                    (key >> 17) as u32 ^ 0x5bd1_e995,
+                );
+                [unit_f32(x.reverse_bits()), unit_f32(y.reverse_bits())]
+            }
+        }
+    }
+}
+
+/// The 24 high bits as a number in [0, 1 − 2⁻²⁴]: a plain division by 2³² could round up to 1.
+fn unit_f32(bits: u32) -> f32 {
+    (bits >> 8) as f32 * (1.0 / (1 << 24) as f32)
+}
+
+/// Permutes all 2⁶⁴ numbers with good avalanche (Stafford's variant 13 of the MurmurHash3 finaliser).
+fn mix(mut x: u64) -> u64 {
+    x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    x ^ (x >> 31)
+}
+
+/// A random permutation in which each bit depends only on the bits below it: on bit-reversed
+/// numbers, Owen's nested uniform scrambling (Laine & Karras 2011, constants by Vegdahl 2021).
+fn owen(mut x: u32, seed: u32) -> u32 {
+    x ^= x.wrapping_mul(0x3d20_adea);
+    x = x.wrapping_add(seed);
+    x = x.wrapping_mul((seed >> 16) | 1);
+    x ^= x.wrapping_mul(0x0552_6c56);
+    x ^ x.wrapping_mul(0x53a2_2864)
+}
+
+/// The second Sobol coordinate of an index, given the first: multiplication of the bit vector
+/// by Pascal's triangle modulo 2, which is a Kronecker power and so takes five steps.
+fn sobol_second(van_der_corput: u32) -> u32 {
+    let mut x = van_der_corput;
+    x ^= (x & 0x5555_5555) << 1;
+    x ^= (x & 0x3333_3333) << 2;
+    x ^= (x & 0x0f0f_0f0f) << 4;
+    x ^= (x & 0x00ff_00ff) << 8;
+    x ^ ((x & 0x0000_ffff) << 16)
+}

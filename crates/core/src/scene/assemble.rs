@@ -1,0 +1,248 @@
+//! The parts of a scene from its description: primitives, materials and lights.
+
+use std::collections::HashMap;
+use std::path::Path;
+use std::sync::Arc;
+
+use glam::Vec2;
+
+use super::desc::{MaterialDesc, SceneDesc};
+use super::error::SceneError;
+use super::{MeshCache, Object, ObjectKind, load, place};
+use crate::color::luminance;
+use crate::geometry::Primitives;
+use crate::light::Lights;
+use crate::material::Material;
+use crate::shape::{Quad, Sphere};
+use crate::texture::Texture;
+
+/// Name of the material of mesh faces that name none.
+const DEFAULT_MATERIAL: &str = "default";
+
+/// Whether two descriptions have the same primitives under the same accelerator.
+pub(super) fn same_shapes(a: &SceneDesc, b: &SceneDesc) -> bool {
+    let same = |a: &SceneDesc, b: &SceneDesc| {
+        a.spheres
+            .iter()
+            .map(|s| (s.center, s.radius))
+            .eq(b.spheres.iter().map(|s| (s.center, s.radius)))
+            && a.quads
+                .iter()
+                .map(|q| q.corners)
+                .eq(b.quads.iter().map(|q| q.corners))
+            && a.meshes
+                .iter()
+                .map(mesh_shape)
+                .eq(b.meshes.iter().map(mesh_shape))
+    };
+    a.render.accel == b.render.accel && same(a, b)
+}
+
+fn mesh_shape(m: &super::MeshDesc) -> impl PartialEq {
+    // The number of slots depends on whether the mesh has one material or its file's own.
+    (
+        m.file.clone(),
+        m.boulder,
+        m.scale.to_bits(),
+        m.rotate,
+        m.translate,
+        m.material.is_some(),
+    )
+}
+
+/// The primitives and which object and slot they belong to.
+pub(super) fn primitives(desc: &SceneDesc, meshes: &MeshCache) -> (Primitives, Vec<Object>) {
+    let mut primitives = Primitives::default();
+    let mut objects: Vec<Object> = Vec::new();
+    let mut next_slot = 0;
+    let mut object = |kind, name: &str, slots: u32| {
+        let first_slot = next_slot;
+        next_slot += slots;
+        let label = match (name, kind) {
+            ("", ObjectKind::Sphere(i)) => format!("sphere {}", i + 1),
+            ("", ObjectKind::Quad(i)) => format!("quad {}", i + 1),
+            ("", ObjectKind::Mesh(i)) => format!("mesh {}", i + 1),
+            (name, _) => name.to_owned(),
+        };
+        objects.push(Object {
+            kind,
+            label,
+            first_slot,
+            slots,
+        });
+        first_slot
+    };
+    // Slots of each kind are collected apart, then joined in the order of ids.
+    let (mut triangle_slots, mut quad_slots, mut sphere_slots) =
+        (Vec::new(), Vec::new(), Vec::new());
+
+    for (i, sphere) in desc.spheres.iter().enumerate() {
+        sphere_slots.push(object(ObjectKind::Sphere(i), &sphere.name, 1));
+        primitives.spheres.push(Sphere {
+            center: sphere.center,
+            radius: sphere.radius,
+        });
+    }
+    for (i, quad) in desc.quads.iter().enumerate() {
+        let slot = object(ObjectKind::Quad(i), &quad.name, 1);
+        if Quad::is_parallelogram(&quad.corners) {
+            quad_slots.push(slot);
+            primitives.quads.push(Quad {
+                corners: quad.corners,
+            });
+        } else {
+            let [a, b, c, d] = quad.corners;
+            triangle_slots.extend([slot, slot]);
+            primitives.triangles.extend([[a, b, c], [a, c, d]]);
+        }
+    }
+    let wants_uvs = desc
+        .meshes
+        .iter()
+        .filter_map(|m| meshes.get(m))
+        .any(|m| !m.uvs.is_empty());
+    if wants_uvs {
+        primitives.triangle_uvs = vec![[Vec2::ZERO; 3]; primitives.triangles.len()];
+    }
+    for (i, mesh_desc) in desc.meshes.iter().enumerate() {
+        let Some(mesh) = meshes.get(mesh_desc) else {
+            continue;
+        };
+        let own_materials = if mesh_desc.material.is_none() {
+            mesh.materials.len() as u32
+        } else {
+            0
+        };
+        // The last slot is for faces without a material of their own.
+        let first = object(ObjectKind::Mesh(i), &mesh_desc.name, own_materials + 1);
+        let position = place(mesh_desc);
+        let positions: Vec<_> = mesh.positions.iter().map(|p| position(*p)).collect();
+        primitives.triangles.extend(
+            mesh.triangles
+                .iter()
+                .map(|t| t.map(|v| positions[v as usize])),
+        );
+        triangle_slots.extend(
+            mesh.triangle_materials
+                .iter()
+                .map(|m| first + (*m).min(own_materials)),
+        );
+        if wants_uvs {
+            primitives
+                .triangle_uvs
+                .extend((0..mesh.triangles.len()).map(|t| {
+                    let corners = mesh.uv_triangles.get(t).copied().unwrap_or([u32::MAX; 3]);
+                    corners.map(|v| mesh.uvs.get(v as usize).copied().unwrap_or_default())
+                }));
+        }
+    }
+    primitives.slots = triangle_slots;
+    primitives.slots.extend(quad_slots);
+    primitives.slots.extend(sphere_slots);
+    (primitives, objects)
+}
+
+/// Name and material of each slot.
+pub(super) fn materials(
+    desc: &SceneDesc,
+    path: &Path,
+    meshes: &MeshCache,
+    objects: &[Object],
+    textures: &mut Textures,
+) -> Result<(Vec<String>, Vec<Material>), SceneError> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let mut names = Vec::new();
+    let mut materials = Vec::new();
+    let mut add = |name: String, fallback: Option<&MaterialDesc>| -> Result<(), SceneError> {
+        let from_scene = desc.materials.iter().position(|m| m.name == name);
+        let unnamed = MaterialDesc::default();
+        let material = from_scene
+            .map(|i| &desc.materials[i])
+            .or(fallback)
+            .unwrap_or(&unnamed);
+        let texture =
+            match &material.texture {
+                Some(file) => Some(textures.get(&folder.join(file)).map_err(
+                    |e| match from_scene {
+                        Some(i) => SceneError::at_place("material", i, "texture", e.to_string()),
+                        None => e,
+                    },
+                )?),
+                None => None,
+            };
+        materials.push(Material {
+            albedo: material.albedo,
+            texture,
+            mirror: material.mirror,
+            mirror_color: material.mirror_color,
+            glass: material.glass,
+            emission: material.emission,
+        });
+        names.push(name);
+        Ok(())
+    };
+    for object in objects {
+        match object.kind {
+            ObjectKind::Sphere(i) => add(desc.spheres[i].material.clone(), None)?,
+            ObjectKind::Quad(i) => add(desc.quads[i].material.clone(), None)?,
+            ObjectKind::Mesh(i) => {
+                let mesh_desc = &desc.meshes[i];
+                if let (None, Some(mesh)) = (&mesh_desc.material, meshes.get(mesh_desc)) {
+                    for material in &mesh.materials {
+                        add(
+                            format!("{}/{}", object.label, material.name),
+                            Some(material),
+                        )?;
+                    }
+                }
+                add(
+                    mesh_desc
+                        .material
+                        .clone()
+                        .unwrap_or_else(|| DEFAULT_MATERIAL.into()),
+                    None,
+                )?;
+            }
+        }
+    }
+    Ok((names, materials))
+}
+
+/// The emitting primitives, weighted by power.
+pub(super) fn lights(primitives: &Primitives, materials: &[Material]) -> Lights {
+    let radiances: Vec<f64> = materials
+        .iter()
+        .map(|m| f64::from(luminance(m.emission)))
+        .collect();
+    if radiances.iter().all(|r| *r == 0.0) {
+        return Lights::default();
+    }
+    Lights::new(
+        primitives
+            .slots
+            .iter()
+            .enumerate()
+            .filter_map(|(id, slot)| {
+                let radiance = radiances[*slot as usize];
+                (radiance > 0.0)
+                    .then(|| (id as u32, radiance * f64::from(primitives.area(id as u32))))
+            }),
+    )
+}
+
+/// Decoded images by path: read once, shared between edits.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Textures(HashMap<std::path::PathBuf, Arc<Texture>>);
+
+impl Textures {
+    fn get(&mut self, path: &Path) -> Result<Arc<Texture>, SceneError> {
+        if let Some(texture) = self.0.get(path) {
+            return Ok(texture.clone());
+        }
+        let texture =
+            Texture::decode(&load::read(path)?).map_err(|e| SceneError::in_file(path, e))?;
+        let texture = Arc::new(texture);
+        self.0.insert(path.to_owned(), texture.clone());
+        Ok(texture)
+    }
+}

@@ -1,0 +1,46 @@
+//! Scenes inside the binary: they open with no file at hand, from any folder.
+
+use std::path::Path;
+
+/// What paths of built-in files begin with.
+const PREFIX: &str = "builtin:";
+
+/// Paths of the built-in scenes; the first one opens when none is named.
+pub const NAMES: &[&str] = &[
+    "builtin:teddy-diffuse.toml",
+    "builtin:teddy-mirror.toml",
+    "builtin:sphere-mirror.toml",
+    "builtin:cornell-box.toml",
+    "builtin:glass-sphere.toml",
+    "builtin:white-furnace.toml",
+    "builtin:million.toml",
+];
+
+macro_rules! file {
+    ($name:literal) => {
+        (
+            $name,
+            include_bytes!(concat!("../../../../scenes/", $name)).as_slice(),
+        )
+    };
+}
+
+const FILES: &[(&str, &[u8])] = &[
+    file!("teddy-diffuse.toml"),
+    file!("teddy-mirror.toml"),
+    file!("sphere-mirror.toml"),
+    file!("cornell-box.toml"),
+    file!("glass-sphere.toml"),
+    file!("white-furnace.toml"),
+    file!("million.toml"),
+    file!("meshes/teddy.obj"),
+];
+
+/// The bytes of a built-in file.
+pub(super) fn get(path: &Path) -> Option<&'static [u8]> {
+    let name = path.to_str()?.strip_prefix(PREFIX)?;
+    FILES
+        .iter()
+        .find(|(file, _)| *file == name)
+        .map(|(_, bytes)| *bytes)
+}

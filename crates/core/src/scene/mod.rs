@@ -1,0 +1,374 @@
+//! From a description to a frozen scene. In: [`SceneDesc`] and the files it names. Out: [`Scene`],
+//! which rays can be cast at from any thread.
+
+mod assemble;
+mod boulder;
+mod builtin;
+mod check;
+mod desc;
+mod error;
+mod load;
+pub mod obj;
+mod stage;
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use glam::{Quat, Vec3};
+
+pub use boulder::boulder;
+pub use builtin::NAMES as BUILTIN;
+pub use desc::{CameraDesc, MaterialDesc, MeshDesc, QuadDesc, SceneDesc, SphereDesc};
+pub use error::{SceneError, SceneWarning};
+pub use load::{Source, load, parse};
+
+use crate::geometry::{Geometry, Hit, Primitives};
+use crate::light::Lights;
+use crate::material::Material;
+use crate::math::{Aabb, Ray};
+use obj::ObjMesh;
+
+/// What building a scene is busy with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// Reading meshes and textures.
+    Reading,
+    /// Building the accelerator over this many primitives.
+    BuildingAccelerator(usize),
+    /// Done.
+    Ready,
+}
+
+/// One sphere, quad or mesh of the description.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Object {
+    /// Where it stands in the description.
+    pub kind: ObjectKind,
+    /// Label: its name, or kind and number.
+    pub label: String,
+    /// Its first material slot.
+    pub first_slot: u32,
+    /// Number of its slots: one for each material of the mesh file, else 1.
+    pub slots: u32,
+}
+
+/// Index into the description's list of that kind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ObjectKind {
+    /// `desc.spheres[i]`
+    Sphere(usize),
+    /// `desc.quads[i]`
+    Quad(usize),
+    /// `desc.meshes[i]`
+    Mesh(usize),
+}
+
+/// Everything a picture is taken of. Frozen; cheap to clone and share through `Arc`.
+#[derive(Debug)]
+pub struct Scene {
+    desc: SceneDesc,
+    path: PathBuf,
+    meshes: MeshCache,
+    textures: assemble::Textures,
+    geometry: Arc<Geometry>,
+    objects: Arc<[Object]>,
+    /// By slot.
+    materials: Vec<Material>,
+    /// By slot: the name under which the material stands, or would stand, in the description.
+    material_names: Vec<String>,
+    lights: Lights,
+    warnings: Vec<SceneWarning>,
+}
+
+impl Scene {
+    /// Builds a scene; paths in `desc` are relative to the folder of `path`.
+    fn build(
+        desc: SceneDesc,
+        path: &Path,
+        known_meshes: &MeshCache,
+        progress: &dyn Fn(Phase),
+    ) -> Result<Self, SceneError> {
+        check::check(&desc)?;
+        progress(Phase::Reading);
+        let meshes = known_meshes.complete(&desc, path)?;
+        let (primitives, objects) = assemble::primitives(&desc, &meshes);
+        if primitives.len() > u32::MAX as usize / 2 {
+            return Err(SceneError::in_file(path, "has more than 2³¹ primitives"));
+        }
+        progress(Phase::BuildingAccelerator(primitives.len()));
+        let geometry = Arc::new(Geometry::build(primitives, desc.render.accel));
+        let textures = assemble::Textures::default();
+        let scene = Self::finish(desc, path, meshes, textures, geometry, objects.into())?;
+        progress(Phase::Ready);
+        Ok(scene)
+    }
+
+    /// Whether [`Scene::edit`] to `desc` needs a new accelerator, and so may take long.
+    pub fn rebuilds_for(&self, desc: &SceneDesc) -> bool {
+        !assemble::same_shapes(&self.desc, desc)
+    }
+
+    /// The same scene with an edited description. What the edit did not touch is shared: only
+    /// moved or changed shapes, or another accelerator, lead to a new one.
+    pub fn edit(&self, desc: SceneDesc, progress: &dyn Fn(Phase)) -> Result<Self, SceneError> {
+        if self.rebuilds_for(&desc) {
+            return Self::build(desc, &self.path, &self.meshes, progress);
+        }
+        check::check(&desc)?;
+        let (meshes, textures) = (self.meshes.clone(), self.textures.clone());
+        let scene = Self::finish(
+            desc,
+            &self.path,
+            meshes,
+            textures,
+            self.geometry.clone(),
+            self.objects.clone(),
+        )?;
+        progress(Phase::Ready);
+        Ok(scene)
+    }
+
+    /// Materials, lights and warnings around ready geometry.
+    fn finish(
+        desc: SceneDesc,
+        path: &Path,
+        meshes: MeshCache,
+        mut textures: assemble::Textures,
+        geometry: Arc<Geometry>,
+        objects: Arc<[Object]>,
+    ) -> Result<Self, SceneError> {
+        let mut warnings: Vec<SceneWarning> = meshes
+            .iter()
+            .flat_map(|m| m.warnings.iter().cloned())
+            .collect();
+        let (material_names, materials) =
+            assemble::materials(&desc, path, &meshes, &objects, &mut textures)?;
+        let lights = assemble::lights(geometry.primitives(), &materials);
+        if lights.is_empty() && desc.background == Vec3::ZERO {
+            warnings.push(SceneWarning::general(
+                "nothing emits light, so the picture is black; give a material an emission, or set background",
+            ));
+        }
+        let scene = Self {
+            desc,
+            path: path.to_owned(),
+            meshes,
+            textures,
+            geometry,
+            objects,
+            materials,
+            material_names,
+            lights,
+            warnings,
+        };
+        if let Some(object) = scene.object_around_camera() {
+            let warning = format!(
+                "the camera is inside \"{}\"; move eye out of it to see it from outside",
+                object.label
+            );
+            return Ok(Self {
+                warnings: [scene.warnings.clone(), vec![SceneWarning::general(warning)]].concat(),
+                ..scene
+            });
+        }
+        Ok(scene)
+    }
+
+    /// The object that the camera looks out of, if any: a sphere around the eye, or a closed
+    /// mesh whose back it sees straight ahead from within its box.
+    fn object_around_camera(&self) -> Option<&Object> {
+        let CameraDesc { eye, target, .. } = self.desc.camera;
+        let ray = Ray::new(eye, (target - eye).normalize_or_zero());
+        let hit = self.intersect(&ray)?;
+        let object = self.object(hit.prim);
+        let back = self.primitives().surface_point(&ray, &hit).n.dot(ray.dir) > 0.0;
+        let inside = match object.kind {
+            ObjectKind::Sphere(_) => back,
+            ObjectKind::Quad(_) => false,
+            ObjectKind::Mesh(_) => back && self.object_bounds(object).contains(eye),
+        };
+        // A room seen from within is meant so.
+        let room = self.object_bounds(object) == self.geometry.bounds();
+        (inside && !room).then_some(object)
+    }
+
+    /// The nearest surface along a ray.
+    #[inline]
+    pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
+        self.geometry
+            .intersect(ray, |prim| self.material(prim).emits())
+    }
+
+    /// Whether anything but primitive `except` lies within the ray's `t_max`.
+    #[inline]
+    pub fn occluded(&self, ray: &Ray, except: u32) -> bool {
+        self.geometry.occluded(ray, except)
+    }
+
+    /// Material of a primitive.
+    #[inline(always)]
+    pub fn material(&self, prim: u32) -> &Material {
+        &self.materials[self.primitives().slots[prim as usize] as usize]
+    }
+
+    /// The primitives.
+    #[inline(always)]
+    pub fn primitives(&self) -> &Primitives {
+        self.geometry.primitives()
+    }
+
+    /// Primitives and accelerator.
+    pub fn geometry(&self) -> &Geometry {
+        &self.geometry
+    }
+
+    /// The emitters.
+    pub fn lights(&self) -> &Lights {
+        &self.lights
+    }
+
+    /// Radiance from where nothing is, W/(m²·sr).
+    pub fn background(&self) -> Vec3 {
+        self.desc.background
+    }
+
+    /// The description it was built from.
+    pub fn desc(&self) -> &SceneDesc {
+        &self.desc
+    }
+
+    /// The file it came from.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// What was odd but did not stop the load.
+    pub fn warnings(&self) -> &[SceneWarning] {
+        &self.warnings
+    }
+
+    /// The objects, in the order spheres, quads, meshes.
+    pub fn objects(&self) -> &[Object] {
+        &self.objects
+    }
+
+    /// The object that a primitive belongs to.
+    pub fn object(&self, prim: u32) -> &Object {
+        let slot = self.primitives().slots[prim as usize];
+        let i = self.objects.partition_point(|o| o.first_slot <= slot) - 1;
+        &self.objects[i]
+    }
+
+    /// Material slot of a primitive.
+    pub fn slot(&self, prim: u32) -> u32 {
+        self.primitives().slots[prim as usize]
+    }
+
+    /// The material of a slot as it stands, or would have to stand, in the description: putting
+    /// an edited copy there (replacing the one of that name) changes the slot.
+    pub fn slot_material(&self, slot: u32) -> MaterialDesc {
+        let name = &self.material_names[slot as usize];
+        if let Some(material) = self.desc.materials.iter().find(|m| m.name == *name) {
+            return material.clone();
+        }
+        let from_mesh = self
+            .objects
+            .iter()
+            .find(|o| (o.first_slot..o.first_slot + o.slots).contains(&slot))
+            .and_then(|o| {
+                let ObjectKind::Mesh(i) = o.kind else {
+                    return None;
+                };
+                let mesh = self.meshes.get(&self.desc.meshes[i])?;
+                mesh.materials.get((slot - o.first_slot) as usize).cloned()
+            });
+        MaterialDesc {
+            name: name.clone(),
+            ..from_mesh.unwrap_or_default()
+        }
+    }
+
+    /// Box around one object.
+    pub fn object_bounds(&self, object: &Object) -> Aabb {
+        let slots = object.first_slot..object.first_slot + object.slots;
+        let primitives = self.primitives();
+        (0..primitives.len() as u32)
+            .filter(|id| slots.contains(&primitives.slots[*id as usize]))
+            .fold(Aabb::EMPTY, |b, id| b.union(primitives.bounds(id)))
+    }
+}
+
+/// Meshes by what the description says of their source: read once, shared between edits.
+#[derive(Clone, Debug, Default)]
+struct MeshCache(Vec<(Option<PathBuf>, Option<u32>, Arc<ObjMesh>)>);
+
+impl MeshCache {
+    fn get(&self, desc: &MeshDesc) -> Option<&Arc<ObjMesh>> {
+        self.0
+            .iter()
+            .find(|(file, boulder, _)| (file, boulder) == (&desc.file, &desc.boulder))
+            .map(|(_, _, mesh)| mesh)
+    }
+
+    fn insert(&mut self, desc: &MeshDesc, mesh: Arc<ObjMesh>) {
+        self.0.push((desc.file.clone(), desc.boulder, mesh));
+    }
+
+    fn iter(&self) -> impl Iterator<Item = &ObjMesh> {
+        self.0.iter().map(|(_, _, mesh)| &**mesh)
+    }
+
+    /// The meshes that `desc` needs, reading those not yet there; paths are relative to the
+    /// folder of `path`.
+    fn complete(&self, desc: &SceneDesc, path: &Path) -> Result<Self, SceneError> {
+        let mut cache = Self::default();
+        for (i, mesh) in desc.meshes.iter().enumerate() {
+            if cache.get(mesh).is_some() {
+                continue;
+            }
+            let ready = match (self.get(mesh), &mesh.file, mesh.boulder) {
+                (Some(known), _, _) => known.clone(),
+                (None, Some(file), _) => {
+                    let file = path.parent().unwrap_or(Path::new("")).join(file);
+                    Arc::new(load::read_mesh(&file).map_err(|e| missing_file(e, i))?)
+                }
+                (None, None, triangles) => {
+                    let (positions, triangles) = boulder(triangles.unwrap_or(20));
+                    Arc::new(ObjMesh {
+                        triangle_materials: vec![u32::MAX; triangles.len()],
+                        positions,
+                        triangles,
+                        ..ObjMesh::default()
+                    })
+                }
+            };
+            cache.insert(mesh, ready);
+        }
+        Ok(cache)
+    }
+}
+
+/// An error about a mesh file as a whole is also one about the line that names it.
+fn missing_file(error: SceneError, mesh: usize) -> SceneError {
+    if error.line.is_some() {
+        return error;
+    }
+    SceneError::at_place("mesh", mesh, "file", error.to_string())
+}
+
+/// Position of a mesh vertex in the scene.
+fn place(desc: &MeshDesc) -> impl Fn(Vec3) -> Vec3 {
+    let MeshDesc {
+        scale,
+        rotate,
+        translate,
+        ..
+    } = *desc;
+    let [x, y, z] = rotate.to_array().map(f32::to_radians);
+    let turn = (rotate != Vec3::ZERO)
+        .then(|| Quat::from_rotation_z(z) * Quat::from_rotation_y(y) * Quat::from_rotation_x(x));
+    move |p| {
+        let p = p * scale;
+        turn.map_or(p, |turn| turn * p) + translate
+    }
+}

@@ -1,0 +1,279 @@
+//! The window: a session behind, a model in hand, panels around the picture.
+
+use std::path::{Path, PathBuf};
+
+use egui::{CentralPanel, Color32, Context, Frame, Panel, ScrollArea, Ui, ViewportCommand};
+use lightbox_core::scene::BUILTIN;
+use lightbox_core::{SceneDesc, color::ToneMap};
+
+use crate::dialogs::{Answer, Dialogs};
+use crate::keys::{self, Action};
+use crate::model::{Model, scene_name};
+use crate::orbit;
+use crate::panels::{self, Banners};
+use crate::session::{Activity, Notice, Session, Status};
+use crate::viewport::Viewport;
+
+/// Stops by which a key changes the exposure.
+const EXPOSURE_STEP: f32 = 0.5;
+
+/// What to do where no window can be opened.
+const WITHOUT_WINDOW: &str = "use `lightbox render SCENE -o OUT.png` instead";
+
+/// Opens the window on a scene or mesh, or on the first built-in scene, until the user closes it.
+/// The error is one line that names what to use where there is no display.
+pub fn run(path: Option<PathBuf>) -> Result<(), String> {
+    if !has_display() {
+        return Err(format!("there is no display to open a window on; {WITHOUT_WINDOW}"));
+    }
+    let viewport = egui::ViewportBuilder::default()
+        .with_title("lightbox")
+        .with_app_id("lightbox")
+        .with_inner_size([1280.0, 720.0])
+        .with_min_inner_size([640.0, 400.0])
+        .with_drag_and_drop(true);
+    let options = eframe::NativeOptions { viewport, ..Default::default() };
+    let create: eframe::AppCreator<'_> = Box::new(|context| Ok(Box::new(App::new(&context.egui_ctx, path)?)));
+    eframe::run_native("lightbox", options, create).map_err(|e| {
+        let reason = e.to_string().split_whitespace().collect::<Vec<_>>().join(" ");
+        format!("cannot open a window ({reason}); {WITHOUT_WINDOW}")
+    })
+}
+
+/// Whether a display server is named; only where there may be none.
+fn has_display() -> bool {
+    let named = |name| std::env::var_os(name).is_some_and(|v| !v.is_empty());
+    cfg!(not(all(unix, not(target_vendor = "apple")))) || named("DISPLAY") || named("WAYLAND_DISPLAY")
+}
+
+/// The viewer.
+pub struct App {
+    session: Session,
+    model: Model,
+    /// What the engine was told last.
+    sent: (SceneDesc, ToneMap),
+    /// The `opened` count that the model belongs to.
+    opened: u64,
+    /// The file named in the window's title.
+    title: PathBuf,
+    is_paused: bool,
+    viewport: Viewport,
+    banners: Banners,
+    dialogs: Dialogs,
+    is_help_open: bool,
+}
+
+impl App {
+    /// Starts an engine and opens a scene or mesh, or the first built-in scene. Works without a
+    /// window, for tests.
+    pub fn new(ctx: &Context, path: Option<PathBuf>) -> Result<Self, String> {
+        let wake = ctx.clone();
+        // On a large machine, one thread in eight stays free for the window and the desktop.
+        let threads = std::thread::available_parallelism().map_or(1, |n| n.get() - n.get() / 8);
+        let session = Session::new(threads, move || wake.request_repaint())?;
+        session.open(&path.unwrap_or_else(|| PathBuf::from(BUILTIN[0])));
+        Ok(Self {
+            session,
+            model: Model::default(),
+            sent: Default::default(),
+            opened: 0,
+            title: PathBuf::new(),
+            is_paused: false,
+            viewport: Viewport::default(),
+            banners: Banners::default(),
+            dialogs: Dialogs::default(),
+            is_help_open: false,
+        })
+    }
+
+    /// The engine.
+    pub fn session(&self) -> &Session {
+        &self.session
+    }
+
+    /// What the user edits.
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// Writes the picture to a file, in the background.
+    pub fn save(&self, path: PathBuf) {
+        self.session.save(path);
+    }
+
+    /// Goes over to a file that was opened since.
+    fn follow(&mut self, status: &Status) {
+        if status.opened == self.opened {
+            return;
+        }
+        self.opened = status.opened;
+        self.model.open(&status.desc);
+        self.sent.0 = (*status.desc).clone();
+    }
+
+    /// Names the scene in the window's title.
+    fn entitle(&mut self, ctx: &Context, status: &Status) {
+        let Some(scene) = &status.scene else { return };
+        if self.title != scene.path() {
+            self.title = scene.path().to_owned();
+            let title = format!("{} - lightbox", scene_name(&self.title));
+            ctx.send_viewport_cmd(ViewportCommand::Title(title));
+        }
+    }
+
+    fn act(&mut self, ctx: &Context, action: Action, status: &Status) {
+        match action {
+            Action::Open => self.dialogs.open(ctx),
+            Action::OpenPath(path) => self.open(&path),
+            Action::Reload => {
+                if let Some(scene) = &status.scene {
+                    self.open(scene.path());
+                }
+            }
+            Action::SavePng => self.ask_where_to_save(ctx, "png", status),
+            Action::SaveExr => self.ask_where_to_save(ctx, "exr", status),
+            Action::Pause if matches!(status.activity, Activity::Rendering | Activity::Paused) => {
+                self.set_paused(!self.is_paused);
+            }
+            Action::Pause => {}
+            Action::Frame => self.frame(ctx, status),
+            Action::Home => self.viewport.gestures.glide(ctx, &self.model, self.model.file_camera),
+            Action::Brighter => self.expose(EXPOSURE_STEP),
+            Action::Darker => self.expose(-EXPOSURE_STEP),
+            Action::Help => self.is_help_open = !self.is_help_open,
+            Action::Escape if self.is_help_open => self.is_help_open = false,
+            Action::Escape => self.model.selection = None,
+        }
+    }
+
+    fn open(&mut self, path: &Path) {
+        self.session.open(path);
+        self.set_paused(false);
+    }
+
+    fn set_paused(&mut self, paused: bool) {
+        if paused != self.is_paused {
+            self.is_paused = paused;
+            self.session.set_paused(paused);
+        }
+    }
+
+    fn expose(&mut self, stops: f32) {
+        self.model.tone.exposure = (self.model.tone.exposure + stops).clamp(-10.0, 10.0);
+    }
+
+    fn frame(&mut self, ctx: &Context, status: &Status) {
+        let Some(scene) = &status.scene else { return };
+        let selected = self.model.selection.and_then(|s| s.object(scene));
+        let bounds = selected.map_or_else(|| scene.geometry().bounds(), |object| scene.object_bounds(object));
+        let settings = &self.model.desc.render;
+        let aspect = settings.width as f32 / settings.height as f32;
+        let to = orbit::framed(&self.viewport.gestures.destination(&self.model), &bounds, aspect);
+        self.viewport.gestures.glide(ctx, &self.model, to);
+    }
+
+    fn ask_where_to_save(&mut self, ctx: &Context, extension: &'static str, status: &Status) {
+        if let Some(scene) = status.scene.as_ref().filter(|_| status.samples > 0) {
+            let name = format!("{}-{}spp.{extension}", scene_name(scene.path()), status.samples);
+            self.dialogs.save(ctx, &name, extension);
+        }
+    }
+
+    fn take_answers(&mut self, ctx: &Context) {
+        match self.dialogs.answer() {
+            Some(Answer::Open(path)) => self.open(&path),
+            Some(Answer::Save(path)) => self.save(path),
+            Some(Answer::Unavailable(text)) => self.complain(ctx, text.into()),
+            Some(Answer::Cancelled) | None => {}
+        }
+    }
+
+    fn take_drops(&mut self, ctx: &Context) {
+        let dropped = ctx.input_mut(|i| std::mem::take(&mut i.raw.dropped_files));
+        // One window shows one scene.
+        let Some(file) = dropped.last() else { return };
+        let path = file.path();
+        let known = ["toml", "obj"].iter().any(|e| path.extension().is_some_and(|x| x.eq_ignore_ascii_case(e)));
+        if known {
+            self.open(path);
+        } else {
+            self.complain(ctx, format!("{}: not a scene; drop a .toml scene or an .obj mesh", path.display()));
+        }
+    }
+
+    fn complain(&mut self, ctx: &Context, text: String) {
+        self.banners.add(Notice { text, is_error: true }, ctx.input(|i| i.time));
+    }
+
+    /// Sends the engine what this frame has changed.
+    fn send(&mut self) {
+        if self.model.tone != self.sent.1 {
+            self.sent.1 = self.model.tone;
+            self.session.set_tone(self.model.tone);
+        }
+        // An edit belongs to the file it was made in, which another may have replaced just now.
+        if self.model.desc != self.sent.0 && self.session.status().opened == self.opened {
+            self.sent.0 = self.model.desc.clone();
+            self.session.edit(self.model.desc.clone());
+        }
+    }
+}
+
+impl eframe::App for App {
+    fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
+        let ctx = ui.ctx().clone();
+        let status = self.session.status();
+        self.follow(&status);
+        self.entitle(&ctx, &status);
+        let now = ui.input(|i| i.time);
+        for notice in self.session.take_notices() {
+            self.banners.add(notice, now);
+        }
+        self.take_answers(&ctx);
+        self.take_drops(&ctx);
+
+        let mut actions = keys::pressed(&ctx);
+        Panel::bottom("status").exact_size(32.0).show(ui, |ui| panels::status_bar_ui(ui, &status, &mut actions));
+        Panel::right("controls").default_size(310.0).size_range(270.0..=480.0).show(ui, |ui| {
+            ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+                let model = &mut self.model;
+                panels::scene_ui(ui, model, &status, &mut actions);
+                panels::render_ui(ui, model);
+                panels::display_ui(ui, model);
+                panels::material_ui(ui, model, &status);
+                panels::camera_ui(ui, model, &status, &mut actions);
+            });
+        });
+        CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
+            let space = ui.max_rect();
+            let snapshot = self.session.snapshot();
+            self.viewport.ui(ui, &mut self.model, &status, snapshot.as_deref());
+            self.banners.ui(ui, space, &mut self.model, status.scene.as_ref());
+        });
+        panels::help_ui(&ctx, &mut self.is_help_open);
+        hovered_files(&ctx);
+
+        for action in actions {
+            self.act(&ctx, action, &status);
+        }
+        self.send();
+    }
+}
+
+/// Says what will happen to a file held over the window.
+fn hovered_files(ctx: &Context) {
+    let name = ctx.input(|i| {
+        let file = i.raw.hovered_files.last()?;
+        Some(file.path.as_ref().and_then(|p| p.file_name()).map(|n| n.to_string_lossy().into_owned()))
+    });
+    let Some(name) = name else { return };
+    let layer = egui::LayerId::new(egui::Order::Foreground, egui::Id::unique("hovered files"));
+    let (painter, window) = (ctx.layer_painter(layer), ctx.content_rect());
+    painter.rect_filled(window, 0.0, Color32::from_black_alpha(190));
+    let text = match name {
+        Some(name) => format!("Drop to open {name}"),
+        None => "Drop a .toml scene or an .obj mesh to open it".into(),
+    };
+    let font = egui::FontId::proportional(24.0);
+    painter.text(window.center(), egui::Align2::CENTER_CENTER, text, font, Color32::WHITE);
+}

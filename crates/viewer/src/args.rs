@@ -1,0 +1,279 @@
+//! The command line: what can be asked for, and the first check of each value.
+
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+use clap::{Parser, Subcommand};
+use glam::Vec3;
+use lightbox_core::color::{ToneCurve, ToneMap};
+use lightbox_core::settings::{MAX_SIZE, parse_depth};
+use lightbox_core::{AccelKind, Camera, Filter, Method, SamplerKind, SceneDesc};
+
+/// Open a scene or mesh in the viewer, or run a command without a window.
+#[derive(Debug, Parser)]
+#[command(name = "lightbox", version, args_conflicts_with_subcommands = true, after_help = builtin_scenes())]
+pub struct Args {
+    /// What to do; without it, the viewer opens.
+    #[command(subcommand)]
+    pub command: Option<Command>,
+    /// Scene to open: a .toml scene, an .obj mesh or a built-in scene [default: a built-in one]
+    pub scene: Option<PathBuf>,
+}
+
+/// What can be done without a window.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Render a scene to a PNG or EXR file
+    Render(Box<RenderArgs>),
+    /// Show what a scene holds and what it costs
+    Info(InfoArgs),
+    /// Measure how far a picture is from a reference
+    Compare(CompareArgs),
+}
+
+/// Arguments of `lightbox render`. It stops at whichever of `--spp`, `--seconds` and `--noise` is
+/// reached first.
+#[derive(Debug, clap::Args)]
+#[command(after_help = builtin_scenes())]
+pub struct RenderArgs {
+    /// A .toml scene, an .obj mesh or a built-in scene
+    pub scene: PathBuf,
+    /// Picture to write, *.png (as shown) or *.exr (as measured); optional with --json
+    #[arg(short, long, value_name = "FILE", required_unless_present = "json")]
+    pub output: Option<PathBuf>,
+
+    /// Stop at N samples per pixel [default: the scene's, unless --seconds or --noise is given]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..), help_heading = "Stop")]
+    pub spp: Option<u64>,
+    /// Stop after S seconds of tracing, to the nearest whole sample per pixel, at least one
+    #[arg(long, value_name = "S", value_parser = positive, help_heading = "Stop")]
+    pub seconds: Option<f64>,
+    /// Stop when the estimated relative noise is at most R, from 16 samples per pixel on
+    #[arg(long, value_name = "R", value_parser = positive, help_heading = "Stop")]
+    pub noise: Option<f64>,
+
+    /// Width and height in pixels
+    #[arg(long, value_name = "WxH", value_parser = size, help_heading = "Settings (default: the scene's)")]
+    pub size: Option<[u32; 2]>,
+    /// Most segments of a path, or "unlimited"; 1 sees emitters only, 2 adds direct light
+    #[arg(long, value_name = "D", value_parser = depth, help_heading = "Settings (default: the scene's)")]
+    pub depth: Option<u32>,
+    /// Pixel filter: box, tent, gaussian, mitchell, blackman-harris or lanczos, and its radius in pixels
+    #[arg(
+        long,
+        value_name = "F[:RADIUS]",
+        help_heading = "Settings (default: the scene's)"
+    )]
+    pub filter: Option<Filter>,
+    /// How light is found
+    #[arg(long, value_name = "M", value_parser = named(Method::ALL, Method::name), help_heading = "Settings (default: the scene's)")]
+    pub method: Option<Method>,
+    /// How rays find surfaces
+    #[arg(long, value_name = "A", value_parser = named(AccelKind::ALL, AccelKind::name), help_heading = "Settings (default: the scene's)")]
+    pub accel: Option<AccelKind>,
+    /// Where the random numbers come from
+    #[arg(long, value_name = "S", value_parser = named(SamplerKind::ALL, SamplerKind::name), help_heading = "Settings (default: the scene's)")]
+    pub sampler: Option<SamplerKind>,
+    /// Chooses the random numbers
+    #[arg(
+        long,
+        value_name = "K",
+        help_heading = "Settings (default: the scene's)"
+    )]
+    pub seed: Option<u64>,
+
+    /// Pinhole
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true, help_heading = "Camera (default: the scene's)")]
+    pub eye: Option<Vec3>,
+    /// Point in the middle of the picture
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true, help_heading = "Camera (default: the scene's)")]
+    pub target: Option<Vec3>,
+    /// Direction that is up in the picture
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true, help_heading = "Camera (default: the scene's)")]
+    pub up: Option<Vec3>,
+    /// Vertical field of view, degrees
+    #[arg(long, value_name = "DEGREES", value_parser = field_of_view, help_heading = "Camera (default: the scene's)")]
+    pub fov: Option<f32>,
+
+    /// Brightness of a PNG in photographic stops
+    #[arg(long, value_name = "E", value_parser = finite, default_value = "0", allow_negative_numbers = true, help_heading = "PNG")]
+    pub exposure: f32,
+    /// Tone curve of a PNG
+    #[arg(long, value_name = "T", value_parser = named(&ToneCurve::ALL, ToneCurve::name), default_value_t, help_heading = "PNG")]
+    pub tone: ToneCurve,
+
+    /// Worker threads; the picture does not depend on them [default: all]
+    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `lightbox info`.
+#[derive(Debug, clap::Args)]
+pub struct InfoArgs {
+    /// A .toml scene, an .obj mesh or a built-in scene
+    pub scene: PathBuf,
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `lightbox compare`.
+#[derive(Debug, clap::Args)]
+pub struct CompareArgs {
+    /// Picture to judge, EXR or PNG
+    pub image: PathBuf,
+    /// Picture of the same size that counts as right
+    pub reference: PathBuf,
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+impl RenderArgs {
+    /// Puts what was asked for in place of what the scene wants; the error is one line.
+    pub fn apply(&self, desc: &mut SceneDesc) -> Result<(), String> {
+        let (render, camera) = (&mut desc.render, &mut desc.camera);
+        [render.width, render.height] = self.size.unwrap_or([render.width, render.height]);
+        render.samples = self.spp.unwrap_or(render.samples);
+        render.depth = self.depth.unwrap_or(render.depth);
+        render.filter = self.filter.unwrap_or(render.filter);
+        render.method = self.method.unwrap_or(render.method);
+        render.accel = self.accel.unwrap_or(render.accel);
+        render.sampler = self.sampler.unwrap_or(render.sampler);
+        render.seed = self.seed.unwrap_or(render.seed);
+        let scene_camera = *camera;
+        camera.eye = self.eye.unwrap_or(camera.eye);
+        camera.target = self.target.unwrap_or(camera.target);
+        camera.up = self.up.unwrap_or(camera.up);
+        camera.fov = self.fov.unwrap_or(camera.fov);
+        // Here, because later the scene file would get the blame.
+        if *camera != scene_camera {
+            Camera::new(camera, render.width, render.height)?;
+        }
+        Ok(())
+    }
+
+    /// How a PNG is to be shown.
+    pub fn tone_map(&self) -> ToneMap {
+        ToneMap {
+            exposure: self.exposure,
+            curve: self.tone,
+        }
+    }
+}
+
+/// Lists the built-in scenes under the help.
+fn builtin_scenes() -> String {
+    format!(
+        "Built-in scenes: {}",
+        crate::commands::builtin_names().join(", ")
+    )
+}
+
+/// Accepts the names of some values, and shows them in the help.
+fn named<T>(all: &[T], name: fn(T) -> &'static str) -> impl TypedValueParser<Value = T> + use<T>
+where
+    T: Copy + FromStr<Err = String> + Send + Sync + 'static,
+{
+    PossibleValuesParser::new(all.iter().map(|value| name(*value))).try_map(|name| name.parse())
+}
+
+fn size(text: &str) -> Result<[u32; 2], String> {
+    let pixels = |text: &str| text.parse().ok().filter(|n| (1..=MAX_SIZE).contains(n));
+    let size = text
+        .split_once('x')
+        .and_then(|(width, height)| Some([pixels(width)?, pixels(height)?]));
+    size.ok_or_else(|| format!("write WxH, each from 1 to {MAX_SIZE} pixels, for example 640x480"))
+}
+
+fn depth(text: &str) -> Result<u32, String> {
+    match parse_depth(text)? {
+        0 => Err("use 1 (emitters only) or more, or \"unlimited\"".into()),
+        depth => Ok(depth),
+    }
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    let number = text
+        .parse()
+        .ok()
+        .filter(|x: &f64| *x > 0.0 && x.is_finite());
+    number.ok_or_else(|| "use a positive number".into())
+}
+
+fn finite(text: &str) -> Result<f32, String> {
+    text.parse()
+        .ok()
+        .filter(|x: &f32| x.is_finite())
+        .ok_or_else(|| "use a number".into())
+}
+
+fn field_of_view(text: &str) -> Result<f32, String> {
+    let fov = text
+        .parse()
+        .ok()
+        .filter(|fov: &f32| *fov > 0.0 && *fov < 180.0);
+    fov.ok_or_else(|| "use more than 0 and less than 180 degrees".into())
+}
+
+fn point(text: &str) -> Result<Vec3, String> {
+    let numbers: Result<Vec<f32>, String> = text
+        .split(',')
+        .map(|number| finite(number.trim()))
+        .collect();
+    match numbers.as_deref() {
+        Ok(&[x, y, z]) => Ok(Vec3::new(x, y, z)),
+        _ => Err("write three numbers with commas between them, for example 0,1.5,-2".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_definition_is_consistent() {
+        use clap::CommandFactory as _;
+        Args::command().debug_assert();
+    }
+
+    #[test]
+    fn values_survive_the_way_through_text() {
+        for x in [
+            0.1f32,
+            -0.0,
+            f32::MIN_POSITIVE,
+            1e-45,
+            16_777_217.0,
+            -f32::MAX,
+        ] {
+            let v = Vec3::new(x, -x, 1.0 / 3.0);
+            let read = point(&format!("{},{},{}", v.x, v.y, v.z)).unwrap();
+            assert_eq!(
+                read.to_array().map(f32::to_bits),
+                v.to_array().map(f32::to_bits)
+            );
+        }
+    }
+
+    #[test]
+    fn values_out_of_range_are_refused() {
+        for text in [
+            "", "abc", "0x10", "10x0", "99999x1", "10", "10x10x10", "-1x5", "1.5x2",
+        ] {
+            assert!(size(text).is_err(), "{text}");
+        }
+        assert_eq!(size("16384x1"), Ok([16384, 1]));
+        for text in ["", "1,2", "1,2,3,4", "nan,0,0", "1,,2", "inf,0,0"] {
+            assert!(point(text).is_err(), "{text}");
+        }
+        for text in ["0", "-1", "nan", "inf", "x"] {
+            assert!(positive(text).is_err(), "{text}");
+        }
+        assert!(depth("0").is_err() && depth("unlimited").is_ok());
+    }
+}

@@ -1,0 +1,145 @@
+//! The commands without a window. In: arguments. Out: files, one report for standard output, and
+//! an error of one line. Nothing here knows egui.
+
+pub mod compare;
+pub mod info;
+mod pace;
+pub mod render;
+
+use std::cell::Cell;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Instant;
+
+use lightbox_core::scene::{BUILTIN, Phase, load};
+use lightbox_core::{Scene, SceneDesc, suggest};
+use serde::Serialize;
+
+use crate::args::Command;
+
+/// Exit status after Ctrl-C, by the custom of shells.
+pub const INTERRUPTED: u8 = 130;
+
+/// What a command that did its work leaves behind.
+#[derive(Debug, Default)]
+pub struct Outcome {
+    /// For standard output; whole lines.
+    pub report: String,
+    /// Whether it was stopped from outside before it was done.
+    pub interrupted: bool,
+}
+
+impl Outcome {
+    fn done(report: String) -> Self {
+        Self {
+            report,
+            interrupted: false,
+        }
+    }
+}
+
+/// Runs a command; the error is one line.
+pub fn run(command: &Command) -> Result<Outcome, String> {
+    match command {
+        Command::Render(args) => render::run(args),
+        Command::Info(args) => info::run(args).map(Outcome::done),
+        Command::Compare(args) => compare::run(args).map(Outcome::done),
+    }
+}
+
+const BUILTIN_PREFIX: &str = "builtin:";
+
+/// The built-in scenes as they may be named on the command line.
+pub fn builtin_names() -> Vec<&'static str> {
+    BUILTIN.iter().map(|name| bare(name)).collect()
+}
+
+fn bare(name: &str) -> &str {
+    let name = name.strip_prefix(BUILTIN_PREFIX).unwrap_or(name);
+    name.strip_suffix(".toml").unwrap_or(name)
+}
+
+/// The scene that a user names: a file, or else a built-in scene with or without prefix and
+/// extension. The error is one line.
+pub fn scene_path(given: &Path) -> Result<PathBuf, String> {
+    let name = given.to_string_lossy();
+    let exists = given.exists();
+    if exists && !given.is_dir() {
+        return Ok(given.to_owned());
+    }
+    if let Some(path) = BUILTIN.iter().find(|path| bare(path) == bare(&name)) {
+        return Ok(path.into());
+    }
+    if exists {
+        return Ok(given.to_owned()); // A folder: loading it tells what to name instead.
+    }
+    Err(format!(
+        "{name}: no such file or built-in scene{}",
+        suggest::among(bare(&name), &builtin_names())
+    ))
+}
+
+/// A scene ready to render, and what it took.
+struct Opened {
+    scene: Arc<Scene>,
+    /// Reading and checking files, seconds.
+    load_seconds: f64,
+    /// Building the accelerator and what hangs on it, seconds.
+    build_seconds: f64,
+}
+
+/// Loads and builds the scene that a user names, as changed by `edit`; the error is one line.
+fn open(
+    given: &Path,
+    edit: impl FnOnce(&mut SceneDesc) -> Result<(), String>,
+    progress: &dyn Fn(Phase),
+) -> Result<Opened, String> {
+    let path = scene_path(given)?;
+    let start = Instant::now();
+    let source = load(&path).map_err(|e| e.to_string())?;
+    let mut desc = source.desc.clone();
+    edit(&mut desc)?;
+    let build_start = Cell::new(start);
+    let observe = |phase| {
+        if let Phase::BuildingAccelerator(_) = phase {
+            build_start.set(Instant::now());
+        }
+        progress(phase);
+    };
+    let scene = source
+        .build_edited(desc, &observe)
+        .map_err(|e| e.to_string())?;
+    Ok(Opened {
+        scene: Arc::new(scene),
+        load_seconds: (build_start.get() - start).as_secs_f64(),
+        build_seconds: build_start.get().elapsed().as_secs_f64(),
+    })
+}
+
+/// Tells on standard error what was odd about a scene.
+fn print_warnings(scene: &Scene) {
+    for warning in scene.warnings() {
+        print_warning(&warning.to_string());
+    }
+}
+
+fn print_warning(line: &str) {
+    // If nobody listens, nobody is missed.
+    let _ = writeln!(std::io::stderr(), "warning: {line}");
+}
+
+/// One JSON object on a line of its own.
+fn json_line(report: &impl Serialize) -> Result<String, String> {
+    serde_json::to_string(report)
+        .map(|line| line + "\n")
+        .map_err(|e| format!("the report cannot be written ({e})"))
+}
+
+/// Rows of a label and a value, aligned.
+fn table(rows: &[(&str, String)]) -> String {
+    let width = rows.iter().map(|(label, _)| label.len()).max().unwrap_or(0);
+    rows.iter()
+        .map(|(label, value)| format!("{label:width$}  {value}\n"))
+        .collect()
+}

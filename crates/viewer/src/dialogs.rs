@@ -1,0 +1,105 @@
+//! Native file dialogs, each on a thread of its own: the window goes on meanwhile.
+
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::time::{Duration, Instant};
+
+/// An answer that comes sooner than this was not given by a person.
+const TOO_SOON: Duration = Duration::from_millis(150);
+
+/// How a dialog ended.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Answer {
+    /// Open this.
+    Open(PathBuf),
+    /// Save under this name.
+    Save(PathBuf),
+    /// The user thought better of it.
+    Cancelled,
+    /// The desktop has no dialog to offer: one line that says what to do instead.
+    Unavailable(&'static str),
+}
+
+/// At most one dialog, and its answer.
+pub struct Dialogs {
+    answers: Receiver<Answer>,
+    sender: Sender<Answer>,
+    is_open: bool,
+}
+
+impl Default for Dialogs {
+    fn default() -> Self {
+        let (sender, answers) = channel();
+        Self { answers, sender, is_open: false }
+    }
+}
+
+impl Dialogs {
+    /// Asks for a scene or mesh to open.
+    pub fn open(&mut self, ctx: &egui::Context) {
+        let dialog = rfd::FileDialog::new().set_title("Open a scene or mesh").add_filter("scenes and meshes", &["toml", "obj"]);
+        let without = Answer::Unavailable("no file dialog answered; drop the file on this window, or start with `lightbox FILE`");
+        self.ask(ctx, without, move || dialog.pick_file().map(Answer::Open));
+    }
+
+    /// Asks where to save a file; `extension` is added to a name without one. On a desktop without
+    /// dialogs the file goes to the folder that lightbox was started in.
+    pub fn save(&mut self, ctx: &egui::Context, name: &str, extension: &'static str) {
+        let dialog = rfd::FileDialog::new().set_title("Save the picture").set_file_name(name).add_filter(extension, &[extension]);
+        let without = Answer::Save(free_path(&std::env::current_dir().unwrap_or_default(), name));
+        let named = move |path: PathBuf| if path.extension().is_some() { path } else { path.with_extension(extension) };
+        self.ask(ctx, without, move || dialog.save_file().map(|path| Answer::Save(named(path))));
+    }
+
+    fn ask(
+        &mut self,
+        ctx: &egui::Context,
+        without: Answer,
+        dialog: impl FnOnce() -> Option<Answer> + Send + 'static,
+    ) {
+        if self.is_open {
+            return;
+        }
+        let (sender, ctx) = (self.sender.clone(), ctx.clone());
+        let run = move || {
+            let start = Instant::now();
+            let answer = dialog().unwrap_or_else(|| {
+                if start.elapsed() < TOO_SOON { without } else { Answer::Cancelled }
+            });
+            // Fails only when the window has gone.
+            let _ = sender.send(answer);
+            ctx.request_repaint();
+        };
+        self.is_open = std::thread::Builder::new().name("lightbox-dialog".into()).spawn(run).is_ok();
+    }
+
+    /// The answer, once there is one.
+    pub fn answer(&mut self) -> Option<Answer> {
+        let answer = self.answers.try_recv().ok()?;
+        self.is_open = false;
+        Some(answer)
+    }
+}
+
+/// The name in a folder, numbered if it is taken: nobody has agreed to overwrite a file.
+fn free_path(folder: &Path, name: &str) -> PathBuf {
+    let (stem, extension) = name.rsplit_once('.').unwrap_or((name, ""));
+    let numbered = (2..).map(|i| format!("{stem}-{i}.{extension}"));
+    let mut paths = std::iter::once(name.to_owned()).chain(numbered).map(|name| folder.join(name));
+    paths.find(|path| !path.exists()).unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_are_not_overwritten_unasked() {
+        let folder = tempfile::tempdir().unwrap();
+        for expected in ["a.b.png", "a.b-2.png", "a.b-3.png"] {
+            let path = free_path(folder.path(), "a.b.png");
+            assert_eq!(path, folder.path().join(expected));
+            std::fs::write(path, "").unwrap();
+        }
+    }
+}

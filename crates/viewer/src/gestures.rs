@@ -1,0 +1,162 @@
+//! From pointer events over the picture to camera moves and selections.
+
+use egui::{PointerButton, Pos2, Rect, Response, Ui, Vec2};
+use glam::Vec3;
+use lightbox_core::geometry::Hit;
+use lightbox_core::scene::CameraDesc;
+use lightbox_core::{Camera, Scene};
+
+use crate::model::{Model, Selection};
+use crate::orbit;
+
+/// Points of wheel travel that change the distance e-fold.
+const WHEEL: f32 = 200.0;
+
+/// Duration of a glide in units of the style's animation time, which is zero where the user wants
+/// no motion.
+const GLIDE: f32 = 3.0;
+
+/// What a ray through the picture finds.
+#[derive(Clone, Copy, Debug)]
+pub struct Pick {
+    /// The surface.
+    pub hit: Hit,
+    /// The point on it.
+    pub point: Vec3,
+}
+
+/// The surface at a place in the picture, given as shares of its width and height. One ray, cast
+/// here and now.
+pub fn pick(scene: &Scene, camera: &CameraDesc, size: [u32; 2], at: [f32; 2]) -> Option<Pick> {
+    let place = [at[0] * size[0] as f32, at[1] * size[1] as f32];
+    let pixel = [0, 1].map(|i| (place[i].max(0.0) as u32).min(size[i] - 1));
+    let offset = [0, 1].map(|i| place[i] - pixel[i] as f32 - 0.5);
+    let ray = Camera::new(camera, size[0], size[1]).ok()?.ray(pixel, offset);
+    let hit = scene.intersect(&ray)?;
+    Some(Pick { hit, point: ray.at(hit.t) })
+}
+
+/// Shares of a rectangle's width and height.
+pub fn share(rect: Rect, pos: Pos2) -> [f32; 2] {
+    [(pos.x - rect.left()) / rect.width(), (pos.y - rect.top()) / rect.height()]
+}
+
+struct Glide {
+    from: CameraDesc,
+    to: CameraDesc,
+    /// Seconds of the input's clock.
+    start: f64,
+}
+
+/// Camera moves in progress.
+#[derive(Default)]
+pub struct Gestures {
+    glide: Option<Glide>,
+    /// Depth of the point that a pan has grabbed, scene units.
+    grabbed: f32,
+    /// Whether the last move ran into a limit of distance.
+    pub is_limited: bool,
+}
+
+impl Gestures {
+    /// Moves the camera smoothly to another place.
+    pub fn glide(&mut self, ui: &egui::Context, model: &Model, to: CameraDesc) {
+        self.is_limited = false;
+        if to != model.desc.camera {
+            self.glide = Some(Glide { from: model.desc.camera, to, start: ui.input(|i| i.time) });
+            ui.request_repaint();
+        }
+    }
+
+    /// Whether the camera moves or is being moved, so that its pivot is of interest.
+    pub fn is_moving(&self, response: &Response) -> bool {
+        self.glide.is_some() || response.dragged()
+    }
+
+    /// Where the camera glides to, or stands.
+    pub fn destination(&self, model: &Model) -> CameraDesc {
+        self.glide.as_ref().map_or(model.desc.camera, |g| g.to)
+    }
+
+    /// Applies this frame's events over the picture, shown in `rect`, to the model.
+    pub fn update(&mut self, ui: &Ui, response: &Response, rect: Rect, scene: &Scene, model: &mut Model) {
+        let before = model.desc.camera;
+        self.drag(response, rect, scene, model);
+        self.wheel(ui, response, rect, scene, model);
+        if model.desc.camera != before {
+            self.glide = None;
+        }
+        self.click(ui, response, rect, scene, model);
+        self.advance(ui, model);
+    }
+
+    fn drag(&mut self, response: &Response, rect: Rect, scene: &Scene, model: &mut Model) {
+        let camera = model.desc.camera;
+        let Vec2 { x, y } = response.drag_delta() / rect.height();
+        if response.dragged_by(PointerButton::Primary) {
+            // Half a turn for the height of the picture.
+            model.desc.camera = orbit::turned(&camera, x * std::f32::consts::PI, y * std::f32::consts::PI);
+            self.is_limited = false;
+        } else if response.dragged() {
+            if response.drag_started() {
+                let grabbed = response.interact_pointer_pos().and_then(|p| pick_in(rect, p, scene, model));
+                let point = grabbed.map_or(camera.target, |g| g.point);
+                let depth = orbit::projected(&camera, point).map(|(_, depth)| depth);
+                self.grabbed = depth.unwrap_or_else(|| camera.eye.distance(camera.target));
+            }
+            model.desc.camera = orbit::panned(&camera, [x, y], self.grabbed);
+            self.is_limited = false;
+        }
+    }
+
+    fn wheel(&mut self, ui: &Ui, response: &Response, rect: Rect, scene: &Scene, model: &mut Model) {
+        let Some(pos) = response.hover_pos() else { return };
+        // With Shift, the wheel arrives as horizontal scrolling.
+        let (scroll, zoom) = ui.input(|i| (i.smooth_scroll_delta(), i.zoom_delta()));
+        let factor = (-(scroll.x + scroll.y) / WHEEL).exp() / zoom;
+        if factor == 1.0 {
+            return;
+        }
+        let camera = model.desc.camera;
+        let point = pick_in(rect, pos, scene, model).map_or_else(|| beside_target(rect, pos, &camera), |p| p.point);
+        let reach = orbit::reach(&scene.geometry().bounds(), &camera);
+        (model.desc.camera, self.is_limited) = orbit::dollied(&camera, point, factor, reach);
+    }
+
+    fn click(&mut self, ui: &Ui, response: &Response, rect: Rect, scene: &Scene, model: &mut Model) {
+        if !response.clicked_by(PointerButton::Primary) {
+            return;
+        }
+        let picked = response.interact_pointer_pos().and_then(|p| pick_in(rect, p, scene, model));
+        model.selection = picked.map(|p| Selection::of(scene, p.hit.prim));
+        if let (true, Some(picked)) = (response.double_clicked_by(PointerButton::Primary), picked) {
+            self.glide(ui.ctx(), model, orbit::aimed(&model.desc.camera, picked.point));
+        }
+    }
+
+    fn advance(&mut self, ui: &Ui, model: &mut Model) {
+        let Some(glide) = &self.glide else { return };
+        let duration = f64::from(ui.style().animation_time * GLIDE);
+        let t = (ui.input(|i| i.time) - glide.start) / duration;
+        // NaN if both are zero.
+        let t = if t < 1.0 { t as f32 } else { 1.0 };
+        model.desc.camera = orbit::blended(&glide.from, &glide.to, t * t * (3.0 - 2.0 * t));
+        if t < 1.0 {
+            ui.ctx().request_repaint();
+        } else {
+            self.glide = None;
+        }
+    }
+}
+
+fn pick_in(rect: Rect, pos: Pos2, scene: &Scene, model: &Model) -> Option<Pick> {
+    let settings = &model.desc.render;
+    pick(scene, &model.desc.camera, [settings.width, settings.height], share(rect, pos))
+}
+
+/// The point under the cursor in the plane of the target, where there is no surface.
+fn beside_target(rect: Rect, pos: Pos2, camera: &CameraDesc) -> Vec3 {
+    let offset = (pos - rect.center()) / rect.height();
+    // The target moves by the opposite of what a pan does.
+    orbit::panned(camera, [-offset.x, -offset.y], camera.eye.distance(camera.target)).target
+}

@@ -1,0 +1,88 @@
+//! What keys and buttons do: one table for the keyboard and for the window that lists it.
+
+use std::path::PathBuf;
+
+use egui::{Context, Key, KeyboardShortcut, Modifiers};
+
+/// Something the user asks for, by key or by button.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Action {
+    /// Choose a file and open it.
+    Open,
+    /// Open this file or built-in scene.
+    OpenPath(PathBuf),
+    /// Read the present file again.
+    Reload,
+    /// Save the picture as shown.
+    SavePng,
+    /// Save linear light.
+    SaveExr,
+    /// Rest, or go on.
+    Pause,
+    /// See all of the selected object, or of the scene.
+    Frame,
+    /// The camera of the file.
+    Home,
+    /// Half a stop brighter.
+    Brighter,
+    /// Half a stop darker.
+    Darker,
+    /// Show or hide the list of keys.
+    Help,
+    /// Close the list of keys, or select nothing.
+    Escape,
+}
+
+const PLAIN: Modifiers = Modifiers::NONE;
+const SHIFT: Modifiers = Modifiers::SHIFT;
+const COMMAND: Modifiers = Modifiers::COMMAND;
+
+/// Keys, actions and their description. Where modifiers overlap, the longer one comes first: a
+/// shortcut without Shift also matches with it.
+pub const KEYS: &[(Modifiers, Key, Action, &str)] = &[
+    (COMMAND, Key::O, Action::Open, "open a scene or mesh"),
+    (COMMAND, Key::R, Action::Reload, "read the file again"),
+    (COMMAND.plus(SHIFT), Key::S, Action::SaveExr, "save linear light (EXR)"),
+    (COMMAND, Key::S, Action::SavePng, "save the picture as shown (PNG)"),
+    (PLAIN, Key::Space, Action::Pause, "pause or go on; samples are kept"),
+    (PLAIN, Key::F, Action::Frame, "frame the selected object, or the scene"),
+    (PLAIN, Key::Home, Action::Home, "back to the file's camera"),
+    (SHIFT, Key::E, Action::Darker, "half a stop darker"),
+    (PLAIN, Key::E, Action::Brighter, "half a stop brighter"),
+    (PLAIN, Key::Escape, Action::Escape, "select nothing"),
+    (PLAIN, Key::F1, Action::Help, "show or hide this list"),
+    (PLAIN, Key::Questionmark, Action::Help, ""),
+];
+
+/// Mouse gestures over the picture and their description.
+pub const GESTURES: &[(&str, &str)] = &[
+    ("left drag", "orbit"),
+    ("right or middle drag", "pan"),
+    ("wheel or pinch", "move towards the point under the cursor"),
+    ("click", "select an object"),
+    ("double-click", "orbit around this point"),
+    ("drop a file", "open it"),
+];
+
+/// The actions whose keys were pressed. None while text is being typed.
+pub fn pressed(ctx: &Context) -> Vec<Action> {
+    if ctx.text_edit_focused() {
+        return Vec::new();
+    }
+    // A focused button takes Space for a click, an open list takes Escape.
+    let (focused, listing) = (ctx.egui_wants_keyboard_input(), egui::Popup::is_any_open(ctx));
+    let mut actions = Vec::new();
+    for (modifiers, key, action, _) in KEYS {
+        let taken = (*key == Key::Space && focused) || (*key == Key::Escape && listing);
+        if !taken && ctx.input_mut(|i| i.consume_key(*modifiers, *key)) {
+            actions.push(action.clone());
+        }
+    }
+    actions
+}
+
+/// The key of an action, as shown on buttons.
+pub fn text(ctx: &Context, action: &Action) -> String {
+    let key = KEYS.iter().find(|(_, _, a, _)| a == action);
+    key.map_or_else(String::new, |(modifiers, key, _, _)| ctx.format_shortcut(&KeyboardShortcut::new(*modifiers, *key)))
+}

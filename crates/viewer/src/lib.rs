@@ -1,0 +1,14 @@
+//! The viewer and the command line, both thin over `lightbox-core`.
+
+pub mod app;
+pub mod args;
+pub mod commands;
+pub mod dialogs;
+pub mod gestures;
+pub mod keys;
+pub mod model;
+pub mod orbit;
+pub mod panels;
+pub mod replay;
+pub mod session;
+pub mod viewport;

@@ -1,0 +1,23 @@
+//! The parts of the window around the picture, one file each. A panel reads the engine's status,
+//! edits the [`Model`](crate::model::Model) and asks for [`Action`](crate::keys::Action)s.
+
+mod banner;
+mod camera;
+mod color;
+mod display;
+pub mod format;
+mod help;
+mod material;
+mod render;
+mod scene;
+mod status_bar;
+mod widgets;
+
+pub use banner::Banners;
+pub use camera::camera_ui;
+pub use display::display_ui;
+pub use help::help_ui;
+pub use material::material_ui;
+pub use render::render_ui;
+pub use scene::scene_ui;
+pub use status_bar::status_bar_ui;

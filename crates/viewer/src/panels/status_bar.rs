@@ -1,0 +1,77 @@
+//! The line at the bottom: what is going on, how far, how fast, how good.
+
+use egui::{Layout, ProgressBar, Ui};
+
+use super::format::{clock, count, eta, percent, rate};
+use crate::keys::{self, Action};
+use crate::session::{Activity, Status};
+
+/// Pause, progress and figures.
+pub fn status_bar_ui(ui: &mut Ui, status: &Status, actions: &mut Vec<Action>) {
+    ui.horizontal_centered(|ui| {
+        pause(ui, status.activity, actions);
+        progress(ui, status);
+        figures(ui, status);
+        ui.with_layout(Layout::right_to_left(egui::Align::Center), |ui| {
+            let tip = format!("All keys and gestures ({})", keys::text(ui.ctx(), &Action::Help));
+            if ui.button("?").on_hover_text(tip).accessible_name("Keys").clicked() {
+                actions.push(Action::Help);
+            }
+        });
+    });
+}
+
+fn pause(ui: &mut Ui, activity: Activity, actions: &mut Vec<Action>) {
+    let text = if activity == Activity::Paused { "Resume" } else { "Pause" };
+    let can = matches!(activity, Activity::Rendering | Activity::Paused);
+    // Wide enough for either word: what follows must not jump.
+    let button = egui::Button::new(text).min_size(egui::vec2(64.0, 0.0));
+    if ui.add_enabled(can, button).on_hover_text("Samples are kept. (Space)").clicked() {
+        actions.push(Action::Pause);
+    }
+    let state = match activity {
+        Activity::Empty => "",
+        Activity::Rendering => "RENDERING",
+        Activity::Paused => "PAUSED",
+        Activity::Done => "DONE",
+    };
+    ui.add_sized([84.0, ui.spacing().interact_size.y], egui::Label::new(egui::RichText::new(state).strong()));
+}
+
+fn progress(ui: &mut Ui, status: &Status) {
+    let target = status.desc.render.samples.max(1);
+    let share = status.samples as f32 / target as f32;
+    ui.add(ProgressBar::new(share).desired_width(100.0).desired_height(8.0)).accessible_name("Progress");
+    figure(ui, "Samples per pixel: taken / wanted.", format!("{} / {} spp", count(status.samples), count(target)));
+}
+
+fn figures(ui: &mut Ui, status: &Status) {
+    let left = match status.activity {
+        Activity::Done => String::new(),
+        _ => format!("  {} left", eta(status.eta)),
+    };
+    figure(ui, "Time spent tracing, and time left at the speed so far.", format!("{}{left}", clock(status.seconds)));
+    if status.seconds > 0.0 {
+        let threads = format!("Rays per second of tracing, on {} threads.", status.threads);
+        figure(ui, &threads, format!("{}ray/s", rate(status.rays as f64 / status.seconds)));
+    }
+    let noise = status.noise.map_or_else(|| "-".into(), percent);
+    figure(
+        ui,
+        "Estimated relative error of the picture, from two independent halves of its samples: noise, not bias. \
+         What no path has found yet, or what a low depth leaves out, is not in it.",
+        format!("noise {noise}"),
+    );
+    if status.invalid > 0 {
+        let text = format!("{} invalid", count(status.invalid));
+        let label = ui.colored_label(ui.visuals().error_fg_color, text);
+        label.on_hover_text("Samples that were not numbers. They are left out of the picture.");
+    }
+    let size = &status.desc.render;
+    figure(ui, "Pixels of the picture.", format!("{} × {} px", size.width, size.height));
+}
+
+fn figure(ui: &mut Ui, tip: &str, text: String) {
+    ui.separator();
+    ui.add(egui::Label::new(text).selectable(false).wrap_mode(egui::TextWrapMode::Extend)).on_hover_text(tip);
+}

@@ -1,0 +1,67 @@
+//! Rows of the side panel: a name on the left, a control with the same accessible name on the
+//! right, and a tooltip that says what a change costs.
+
+use std::fmt::Display;
+
+use egui::{Response, Ui};
+
+/// End of tooltips of what is applied to the samples there are.
+pub const KEEPS: &str = "Keeps the samples.";
+
+/// End of tooltips of what makes samples worthless.
+pub const RESTARTS: &str = "Starts the picture anew.";
+
+/// Width of the names' column, points.
+const NAMES: f32 = 84.0;
+
+/// Width of the number beside a slider, points.
+const NUMBERS: f32 = 62.0;
+
+/// A section of the side panel that can be folded away.
+pub fn section(ui: &mut Ui, title: &str, open: bool, add: impl FnOnce(&mut Ui)) {
+    let header = egui::CollapsingHeader::new(egui::RichText::new(title).strong()).id_salt(title).default_open(open);
+    header.show_unindented(ui, |ui| {
+        ui.add_space(2.0);
+        add(ui);
+        ui.add_space(6.0);
+    });
+}
+
+/// A named control with a tooltip.
+pub fn row(ui: &mut Ui, name: &str, tip: &str, add: impl FnOnce(&mut Ui) -> Response) -> Response {
+    labelled(ui, name, tip, |ui| {
+        let response = add(ui);
+        let response = if tip.is_empty() { response } else { response.on_hover_text(tip) };
+        response.accessible_name(name)
+    })
+}
+
+/// A line with a name, for controls that have names of their own.
+pub fn labelled<R>(ui: &mut Ui, name: &str, tip: &str, add: impl FnOnce(&mut Ui) -> R) -> R {
+    ui.horizontal(|ui| {
+        let height = ui.spacing().interact_size.y;
+        let left = egui::Layout::left_to_right(egui::Align::Center);
+        ui.allocate_ui_with_layout(egui::vec2(NAMES, height), left, |ui| {
+            ui.set_min_width(NAMES);
+            let label = ui.add(egui::Label::new(name).truncate().selectable(false));
+            if !tip.is_empty() {
+                label.on_hover_text(tip);
+            }
+        });
+        // All number fields are equally wide; sliders take what is left.
+        ui.spacing_mut().interact_size.x = NUMBERS;
+        ui.spacing_mut().slider_width = (ui.available_width() - NUMBERS - ui.spacing().item_spacing.x).max(60.0);
+        add(ui)
+    })
+    .inner
+}
+
+/// All choices side by side; one click takes one.
+pub fn choice<T: Copy + PartialEq + Display>(ui: &mut Ui, name: &str, tip: &str, value: &mut T, all: &[T]) {
+    labelled(ui, name, tip, |ui| {
+        ui.spacing_mut().item_spacing.x = 2.0;
+        for variant in all {
+            ui.selectable_value(value, *variant, variant.to_string()).on_hover_text(tip);
+        }
+    });
+}

@@ -1,0 +1,70 @@
+//! The replay line: the command that makes a picture again, bit for bit.
+
+use std::path::Path;
+
+use glam::Vec3;
+use lightbox_core::SceneDesc;
+use lightbox_core::color::ToneMap;
+use lightbox_core::settings::UNLIMITED;
+
+/// The command, for a shell, that makes the picture of `samples` samples per pixel again; all it
+/// lacks is where to write it. It names the scene's file, and so cannot know of edits to
+/// materials or shapes.
+pub fn line(scene: &Path, desc: &SceneDesc, samples: u64) -> String {
+    let (r, c) = (&desc.render, &desc.camera);
+    // Rust writes floats with as many digits as it takes to read the same bits back.
+    let point = |v: Vec3| format!("{},{},{}", v.x, v.y, v.z);
+    let depth = if r.depth == UNLIMITED {
+        "unlimited".into()
+    } else {
+        r.depth.to_string()
+    };
+    format!(
+        "lightbox render {} --size {}x{} --spp {samples} --depth {depth} --filter {} --method {} --accel {} \
+         --sampler {} --seed {} --eye={} --target={} --up={} --fov={}",
+        quoted(&scene.display().to_string()),
+        r.width,
+        r.height,
+        r.filter,
+        r.method,
+        r.accel,
+        r.sampler,
+        r.seed,
+        point(c.eye),
+        point(c.target),
+        point(c.up),
+        c.fov
+    )
+}
+
+/// What to append to the line of a PNG: nothing if it is shown in the usual way.
+pub fn tone_options(tone: ToneMap) -> String {
+    if tone == ToneMap::default() {
+        return String::new();
+    }
+    format!(" --exposure={} --tone {}", tone.exposure, tone.curve)
+}
+
+/// One word of a POSIX shell.
+fn quoted(word: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-./:,+=@%".contains(c);
+    if !word.is_empty() && word.chars().all(is_plain) {
+        return word.to_owned();
+    }
+    format!("'{}'", word.replace('\'', r"'\''"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::quoted;
+
+    #[test]
+    fn words_are_quoted_where_a_shell_would_touch_them() {
+        assert_eq!(
+            quoted("builtin:cornell-box.toml"),
+            "builtin:cornell-box.toml"
+        );
+        assert_eq!(quoted("a b/$HOME.obj"), "'a b/$HOME.obj'");
+        assert_eq!(quoted("it's"), r"'it'\''s'");
+    }
+}

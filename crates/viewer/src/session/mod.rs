@@ -1,0 +1,308 @@
+//! The engine behind the window: one thread that always renders the newest wish.
+//!
+//! Messages go in ([`Session::open`], [`Session::edit`], …), snapshots and a status come out;
+//! the newest of each wins and nobody waits. A change starts a new film, so a tile of an older
+//! picture has nowhere to land. While wishes keep coming, coarse previews are shown, sized so
+//! that each takes a fraction of a frame; they never enter a film. Done or paused, the thread
+//! sleeps.
+
+mod engine;
+mod preview;
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+
+use lightbox_core::color::ToneMap;
+use lightbox_core::scene::{Phase, Scene, Source};
+use lightbox_core::{Film, SceneDesc};
+
+/// A picture ready to be shown.
+#[derive(Debug)]
+pub struct Snapshot {
+    /// Pixels across and down.
+    pub size: [usize; 2],
+    /// sRGB bytes, row by row from the top.
+    pub rgb: Vec<u8>,
+    /// For a preview: how many pixels of the picture one of its pixels covers, across and down.
+    pub preview: Option<u32>,
+    /// Rises with every snapshot.
+    pub number: u64,
+}
+
+/// What the engine is doing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Activity {
+    /// There is no scene yet.
+    #[default]
+    Empty,
+    /// Samples are being added.
+    Rendering,
+    /// Asked to rest before the picture is done.
+    Paused,
+    /// Every sample asked for has been taken.
+    Done,
+}
+
+/// A line for the user.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Notice {
+    /// One line.
+    pub text: String,
+    /// Whether something failed.
+    pub is_error: bool,
+}
+
+/// The state of the engine, for display.
+#[derive(Clone, Debug, Default)]
+pub struct Status {
+    /// What it is doing.
+    pub activity: Activity,
+    /// The scene being opened or rebuilt in the background, and how far that is.
+    pub loading: Option<(String, Phase)>,
+    /// The scene being rendered.
+    pub scene: Option<Arc<Scene>>,
+    /// Its description with the newest edits: what panels start from.
+    pub desc: Arc<SceneDesc>,
+    /// Rises when another file has been opened.
+    pub opened: u64,
+    /// Samples per pixel in the picture.
+    pub samples: u64,
+    /// Seconds spent tracing the picture.
+    pub seconds: f64,
+    /// Rays cast for it.
+    pub rays: u64,
+    /// Paths traced for it.
+    pub paths: u64,
+    /// Estimated relative error of the picture (noise, not bias).
+    pub noise: Option<f64>,
+    /// Samples that were not numbers.
+    pub invalid: u64,
+    /// Seconds until done, from the speed so far.
+    pub eta: Option<f64>,
+    /// Worker threads.
+    pub threads: usize,
+}
+
+/// What the user wants and the engine has not taken up yet.
+#[derive(Default)]
+struct Inbox {
+    desc: Option<Arc<SceneDesc>>,
+    opened: Option<Box<Opened>>,
+    tone: Option<ToneMap>,
+    paused: Option<bool>,
+    quit: bool,
+}
+
+impl Inbox {
+    fn is_empty(&self) -> bool {
+        let Self { desc, opened, tone, paused, quit } = self;
+        desc.is_none() && opened.is_none() && tone.is_none() && paused.is_none() && !quit
+    }
+}
+
+/// A scene that a loader thread has finished: fresh from a file, or rebuilt after an edit.
+struct Opened {
+    source: Source,
+    scene: Arc<Scene>,
+    is_new: bool,
+}
+
+/// What the engine has for the user.
+#[derive(Default)]
+struct Outbox {
+    status: Status,
+    snapshot: Option<Arc<Snapshot>>,
+    notices: Vec<Notice>,
+    /// The film being filled, for saving.
+    film: Option<Arc<Film>>,
+    tone: ToneMap,
+}
+
+/// State shared between the window, the engine and loaders. Locks are held for moments only.
+struct Shared {
+    inbox: Mutex<Inbox>,
+    arrived: Condvar,
+    /// Set with every message that makes the work in hand pointless.
+    cancel: AtomicBool,
+    outbox: Mutex<Outbox>,
+    /// Number of the newest load.
+    loads: Mutex<u64>,
+    /// Tells the window that there is something new.
+    wake: Box<dyn Fn() + Send + Sync>,
+}
+
+/// A lock whose holder may have panicked: every state behind one is valid at each step.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Shared {
+    fn send(&self, interrupt: bool, put: impl FnOnce(&mut Inbox)) {
+        let mut inbox = lock(&self.inbox);
+        put(&mut inbox);
+        if interrupt {
+            self.cancel.store(true, Ordering::Relaxed);
+        }
+        drop(inbox);
+        self.arrived.notify_one();
+    }
+
+    fn notify(&self, text: String, is_error: bool) {
+        lock(&self.outbox).notices.push(Notice { text, is_error });
+        (self.wake)();
+    }
+
+    /// Runs a load on a thread of its own; the scene in use stays live meanwhile.
+    fn load(
+        self: &Arc<Self>,
+        label: String,
+        is_new: bool,
+        build: impl FnOnce(&dyn Fn(Phase)) -> Result<(Source, Scene), String> + Send + 'static,
+    ) {
+        let load = {
+            let mut loads = lock(&self.loads);
+            *loads += 1;
+            *loads
+        };
+        lock(&self.outbox).status.loading = Some((label.clone(), Phase::Reading));
+        let shared = self.clone();
+        let run = move || {
+            let progress = |phase| {
+                if *lock(&shared.loads) == load {
+                    lock(&shared.outbox).status.loading = Some((label.clone(), phase));
+                    (shared.wake)();
+                }
+            };
+            // A panic must not leave the window waiting for ever.
+            let result = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| build(&progress)))
+                .unwrap_or_else(|_| Err(format!("{label}: opening it failed by a defect in lightbox; please report it")));
+            if *lock(&shared.loads) != load {
+                return; // The user has asked for something else since.
+            }
+            lock(&shared.outbox).status.loading = None;
+            match result {
+                Ok((source, scene)) => {
+                    let opened = Box::new(Opened { source, scene: Arc::new(scene), is_new });
+                    shared.send(true, |inbox| inbox.opened = Some(opened));
+                }
+                Err(message) => shared.notify(message, true),
+            }
+            (shared.wake)();
+        };
+        if let Err(e) = std::thread::Builder::new().name("lightbox-load".into()).spawn(run) {
+            self.notify(format!("cannot start a thread ({e})"), true);
+        }
+    }
+}
+
+/// Handle to the engine; dropping it ends the engine.
+pub struct Session {
+    shared: Arc<Shared>,
+    engine: Option<JoinHandle<()>>,
+}
+
+impl Session {
+    /// Starts an engine with some worker threads (0: one per core) and no scene. `wake` is called
+    /// from other threads when there is something new to show.
+    pub fn new(threads: usize, wake: impl Fn() + Send + Sync + 'static) -> Result<Self, String> {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .thread_name(|i| format!("lightbox-trace-{i}"))
+            .build()
+            .map_err(|e| format!("cannot start worker threads ({e})"))?;
+        let shared = Arc::new(Shared {
+            inbox: Mutex::default(),
+            arrived: Condvar::new(),
+            cancel: AtomicBool::new(false),
+            outbox: Mutex::default(),
+            loads: Mutex::default(),
+            wake: Box::new(wake),
+        });
+        lock(&shared.outbox).status.threads = pool.current_num_threads();
+        let for_engine = shared.clone();
+        let engine = std::thread::Builder::new()
+            .name("lightbox-engine".into())
+            .spawn(move || engine::run(&for_engine, &pool))
+            .map_err(|e| format!("cannot start a thread ({e})"))?;
+        Ok(Self { shared, engine: Some(engine) })
+    }
+
+    /// Opens a scene or mesh in the background; the present one stays until it is ready.
+    pub fn open(&self, path: &Path) {
+        let path = path.to_owned();
+        self.shared.load(path.display().to_string(), true, move |progress| {
+            let source = lightbox_core::scene::load(&path).map_err(|e| e.to_string())?;
+            let scene = source.build(progress).map_err(|e| e.to_string())?;
+            Ok((source, scene))
+        });
+    }
+
+    /// Shows an edited description: camera, settings, materials, shapes. Whatever the edit does
+    /// not touch is kept; an edit that needs a new accelerator is made in the background.
+    pub fn edit(&self, desc: SceneDesc) {
+        let desc = Arc::new(desc);
+        lock(&self.shared.outbox).status.desc = desc.clone();
+        self.shared.send(true, |inbox| inbox.desc = Some(desc));
+    }
+
+    /// Rests, or goes on; samples are kept.
+    pub fn set_paused(&self, paused: bool) {
+        self.shared.send(paused, |inbox| inbox.paused = Some(paused));
+    }
+
+    /// Changes how the picture is shown; samples are kept.
+    pub fn set_tone(&self, tone: ToneMap) {
+        lock(&self.shared.outbox).tone = tone;
+        self.shared.send(false, |inbox| inbox.tone = Some(tone));
+    }
+
+    /// The newest picture.
+    pub fn snapshot(&self) -> Option<Arc<Snapshot>> {
+        lock(&self.shared.outbox).snapshot.clone()
+    }
+
+    /// The present state.
+    pub fn status(&self) -> Status {
+        lock(&self.shared.outbox).status.clone()
+    }
+
+    /// Lines for the user since the last call.
+    pub fn take_notices(&self) -> Vec<Notice> {
+        std::mem::take(&mut lock(&self.shared.outbox).notices)
+    }
+
+    /// Writes the picture as it is now, in the background; a notice tells how it went.
+    pub fn save(&self, path: PathBuf) {
+        let (film, tone, status) = {
+            let outbox = lock(&self.shared.outbox);
+            (outbox.film.clone(), outbox.tone, outbox.status.clone())
+        };
+        let (Some(film), Some(scene)) = (film, status.scene) else {
+            self.shared.notify("there is no picture to save yet".into(), true);
+            return;
+        };
+        let shared = self.shared.clone();
+        let replay = crate::replay::line(scene.path(), &status.desc, film.samples());
+        let run = move || {
+            let written = lightbox_core::image_io::write(&path, &film.develop(), tone, &replay);
+            match written {
+                Ok(()) => shared.notify(format!("saved {}", path.display()), false),
+                Err(message) => shared.notify(message, true),
+            }
+        };
+        if let Err(e) = std::thread::Builder::new().name("lightbox-save".into()).spawn(run) {
+            self.shared.notify(format!("cannot start a thread ({e})"), true);
+        }
+    }
+}
+
+impl Drop for Session {
+    fn drop(&mut self) {
+        self.shared.send(true, |inbox| inbox.quit = true);
+        if let Some(engine) = self.engine.take() {
+            let _ = engine.join(); // A panicked engine has nothing left to clean up.
+        }
+    }
+}

@@ -1,0 +1,66 @@
+//! Ctrl-C.
+
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use lightbox_core::image_io::read;
+use serde_json::Value;
+
+use crate::{Folder, bits, lightbox, replay, replay_line, stderr, stdout};
+
+/// Whether a process listens for Ctrl-C.
+fn listens(pid: u32) -> bool {
+    const SIGINT: u64 = 2;
+    let status = std::fs::read_to_string(format!("/proc/{pid}/status")).unwrap_or_default();
+    let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:"));
+    caught
+        .is_some_and(|mask| u64::from_str_radix(mask.trim(), 16).unwrap() >> (SIGINT - 1) & 1 == 1)
+}
+
+#[test]
+fn ctrl_c_saves_what_was_rendered() {
+    let folder = Folder::new();
+    let (path, again) = (folder.path("a.exr"), folder.path("again.exr"));
+    let child = lightbox()
+        .args([
+            "render",
+            "cornell-box",
+            "--size",
+            "40x40",
+            "--seconds",
+            "600",
+            "--json",
+            "-o",
+            path.to_str().unwrap(),
+        ])
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    while !listens(child.id()) {
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    // From here to the first sample it is milliseconds.
+    std::thread::sleep(Duration::from_millis(500));
+    assert!(
+        Command::new("kill")
+            .args(["-INT", &child.id().to_string()])
+            .status()
+            .unwrap()
+            .success()
+    );
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130), "{}", stderr(&output));
+    let report: Value = serde_json::from_str(&stdout(&output)).unwrap();
+    assert_eq!(report["stopped_by"], "interrupt");
+    let spp = report["spp"].as_u64().unwrap();
+    assert!(
+        spp > 0 && report["paths"].as_u64() == Some(spp * 1600),
+        "{report}"
+    );
+    // Every pixel holds as many samples, so the picture can be made again.
+    let line = replay_line(&path);
+    assert!(line.contains(&format!("--spp {spp} ")), "{line}");
+    replay(&line, &again);
+    assert_eq!(bits(&read(&path).unwrap()), bits(&read(&again).unwrap()));
+    assert_eq!(folder.files(), ["a.exr", "again.exr"]);
+}
