@@ -73,23 +73,17 @@ impl SurfacePoint {
     }
 
     /// The point of a triangle with barycentric coordinates (1−b1−b2, b1, b2).
-    pub fn of_triangle([a, b, c]: [Vec3; 3], [b1, b2]: [f32; 2]) -> Self {
-        let b0 = 1.0 - b1 - b2;
-        let (pa, pb, pc) = (b0 * a, b1 * b, b2 * c);
-        Self {
-            p: pa + pb + pc,
-            p_err: gamma(7) * (pa.abs() + pb.abs() + pc.abs()),
-            n: unit_normal(b - a, c - a),
-        }
+    pub fn of_triangle(triangle: [Vec3; 3], b: [f32; 2]) -> Self {
+        let [v0, v1, v2] = triangle;
+        let (p, p_err) = interpolate(triangle, b);
+        Self { p, p_err, n: unit_normal(v1 - v0, v2 - v0) }
     }
 
     /// The point (u, v) of a quad.
     pub fn of_quad(quad: &Quad, u: f32, v: f32) -> Self {
         let (triangle, b) = quad.triangle_at(u, v);
-        Self {
-            n: quad.normal(),
-            ..Self::of_triangle(triangle, b)
-        }
+        let (p, p_err) = interpolate(triangle, b);
+        Self { p, p_err, n: quad.normal() }
     }
 
     /// The point of a sphere next to `p`.
@@ -99,6 +93,12 @@ impl SurfacePoint {
         let p_err = gamma(5) * (p.abs() + sphere.center.abs() + Vec3::splat(sphere.radius));
         Self { p, p_err, n }
     }
+}
+
+/// The point with barycentric coordinates (1−b1−b2, b1, b2) and a bound on its error.
+fn interpolate([v0, v1, v2]: [Vec3; 3], [b1, b2]: [f32; 2]) -> (Vec3, Vec3) {
+    let (p0, p1, p2) = ((1.0 - b1 - b2) * v0, b1 * v1, b2 * v2);
+    (p0 + p1 + p2, gamma(7) * (p0.abs() + p1.abs() + p2.abs()))
 }
 
 impl Primitives {
@@ -139,7 +139,7 @@ impl Primitives {
     pub fn bounds(&self, id: u32) -> Aabb {
         match self.get(id) {
             Primitive::Triangle(triangle) => Aabb::of_points(triangle),
-            Primitive::Quad(quad) => Aabb::of_points(quad.corners),
+            Primitive::Quad(quad) => Aabb::of_points(quad.corners()),
             Primitive::Sphere(Sphere { center, radius }) => Aabb {
                 min: (center - radius).map(f32::next_down),
                 max: (center + radius).map(f32::next_up),
@@ -151,7 +151,7 @@ impl Primitives {
     fn clipped_bounds(&self, id: u32, cell: &Aabb) -> Aabb {
         match self.get(id) {
             Primitive::Triangle(triangle) => clip_polygon(&triangle, cell),
-            Primitive::Quad(quad) => clip_polygon(&quad.corners, cell),
+            Primitive::Quad(quad) => clip_polygon(&quad.corners(), cell),
             Primitive::Sphere(_) => self.bounds(id).intersection(*cell),
         }
     }
@@ -319,6 +319,10 @@ impl Geometry {
         let sheared = ShearedRay::new(ray);
         let mut best: Option<Hit> = None;
         self.walk(ray, |id, t_max| {
+            // A primitive that reaches into several cells comes up in each.
+            if best.is_some_and(|b| b.prim == id) {
+                return t_max;
+            }
             // A little further than t_max, for emitters that are then counted as nearer.
             let Some(mut hit) = self
                 .primitives
@@ -329,7 +333,7 @@ impl Geometry {
             if is_emitter(id) {
                 hit.t *= 1.0 - NUDGE;
             }
-            if hit.t > t_max || best.is_some_and(|b| hit.t == b.t && id >= b.prim) {
+            if hit.t > t_max || best.is_some_and(|b| hit.t == b.t && id > b.prim) {
                 return t_max;
             }
             best = Some(hit);

@@ -172,7 +172,7 @@ struct RectangleFrom {
 impl RectangleFrom {
     /// `None` if the quad is not a rectangle, does not face `p`, or is small as seen from there.
     fn new(quad: &Quad, p: Vec3) -> Option<Self> {
-        let [a, b, _, d] = quad.corners;
+        let [a, b, _, d] = quad.corners();
         let (ex, ey, to_a) = (b - a, d - a, a - p);
         let (width, height) = (ex.length(), ey.length());
         let z = -to_a.dot(quad.normal());

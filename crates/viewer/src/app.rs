@@ -24,7 +24,9 @@ const WITHOUT_WINDOW: &str = "use `lightbox render SCENE -o OUT.png` instead";
 /// The error is one line that names what to use where there is no display.
 pub fn run(path: Option<PathBuf>) -> Result<(), String> {
     if !has_display() {
-        return Err(format!("there is no display to open a window on; {WITHOUT_WINDOW}"));
+        return Err(format!(
+            "there is no display to open a window on; {WITHOUT_WINDOW}"
+        ));
     }
     let viewport = egui::ViewportBuilder::default()
         .with_title("lightbox")
@@ -32,10 +34,21 @@ pub fn run(path: Option<PathBuf>) -> Result<(), String> {
         .with_inner_size([1280.0, 720.0])
         .with_min_inner_size([640.0, 400.0])
         .with_drag_and_drop(true);
-    let options = eframe::NativeOptions { viewport, ..Default::default() };
-    let create: eframe::AppCreator<'_> = Box::new(|context| Ok(Box::new(App::new(&context.egui_ctx, path)?)));
+    let options = eframe::NativeOptions {
+        viewport,
+        ..Default::default()
+    };
+    let create: eframe::AppCreator<'_> =
+        Box::new(|context| Ok(Box::new(App::new(&context.egui_ctx, path)?)));
     eframe::run_native("lightbox", options, create).map_err(|e| {
-        let reason = e.to_string().split_whitespace().collect::<Vec<_>>().join(" ");
+        // What comes before the last colon names places in somebody's source code.
+        let text = e.to_string();
+        let reason = text.lines().last().unwrap_or_default();
+        let reason = reason
+            .rsplit(": ")
+            .next()
+            .unwrap_or_default()
+            .trim_end_matches(')');
         format!("cannot open a window ({reason}); {WITHOUT_WINDOW}")
     })
 }
@@ -43,7 +56,9 @@ pub fn run(path: Option<PathBuf>) -> Result<(), String> {
 /// Whether a display server is named; only where there may be none.
 fn has_display() -> bool {
     let named = |name| std::env::var_os(name).is_some_and(|v| !v.is_empty());
-    cfg!(not(all(unix, not(target_vendor = "apple")))) || named("DISPLAY") || named("WAYLAND_DISPLAY")
+    cfg!(not(all(unix, not(target_vendor = "apple"))))
+        || named("DISPLAY")
+        || named("WAYLAND_DISPLAY")
 }
 
 /// The viewer.
@@ -137,7 +152,10 @@ impl App {
             }
             Action::Pause => {}
             Action::Frame => self.frame(ctx, status),
-            Action::Home => self.viewport.gestures.glide(ctx, &self.model, self.model.file_camera),
+            Action::Home => self
+                .viewport
+                .gestures
+                .glide(ctx, &self.model, self.model.file_camera),
             Action::Brighter => self.expose(EXPOSURE_STEP),
             Action::Darker => self.expose(-EXPOSURE_STEP),
             Action::Help => self.is_help_open = !self.is_help_open,
@@ -165,16 +183,27 @@ impl App {
     fn frame(&mut self, ctx: &Context, status: &Status) {
         let Some(scene) = &status.scene else { return };
         let selected = self.model.selection.and_then(|s| s.object(scene));
-        let bounds = selected.map_or_else(|| scene.geometry().bounds(), |object| scene.object_bounds(object));
+        let bounds = selected.map_or_else(
+            || scene.geometry().bounds(),
+            |object| scene.object_bounds(object),
+        );
         let settings = &self.model.desc.render;
         let aspect = settings.width as f32 / settings.height as f32;
-        let to = orbit::framed(&self.viewport.gestures.destination(&self.model), &bounds, aspect);
+        let to = orbit::framed(
+            &self.viewport.gestures.destination(&self.model),
+            &bounds,
+            aspect,
+        );
         self.viewport.gestures.glide(ctx, &self.model, to);
     }
 
     fn ask_where_to_save(&mut self, ctx: &Context, extension: &'static str, status: &Status) {
         if let Some(scene) = status.scene.as_ref().filter(|_| status.samples > 0) {
-            let name = format!("{}-{}spp.{extension}", scene_name(scene.path()), status.samples);
+            let name = format!(
+                "{}-{}spp.{extension}",
+                scene_name(scene.path()),
+                status.samples
+            );
             self.dialogs.save(ctx, &name, extension);
         }
     }
@@ -193,16 +222,30 @@ impl App {
         // One window shows one scene.
         let Some(file) = dropped.last() else { return };
         let path = file.path();
-        let known = ["toml", "obj"].iter().any(|e| path.extension().is_some_and(|x| x.eq_ignore_ascii_case(e)));
+        let known = ["toml", "obj"]
+            .iter()
+            .any(|e| path.extension().is_some_and(|x| x.eq_ignore_ascii_case(e)));
         if known {
             self.open(path);
         } else {
-            self.complain(ctx, format!("{}: not a scene; drop a .toml scene or an .obj mesh", path.display()));
+            self.complain(
+                ctx,
+                format!(
+                    "{}: not a scene; drop a .toml scene or an .obj mesh",
+                    path.display()
+                ),
+            );
         }
     }
 
     fn complain(&mut self, ctx: &Context, text: String) {
-        self.banners.add(Notice { text, is_error: true }, ctx.input(|i| i.time));
+        self.banners.add(
+            Notice {
+                text,
+                is_error: true,
+            },
+            ctx.input(|i| i.time),
+        );
     }
 
     /// Sends the engine what this frame has changed.
@@ -233,22 +276,31 @@ impl eframe::App for App {
         self.take_drops(&ctx);
 
         let mut actions = keys::pressed(&ctx);
-        Panel::bottom("status").exact_size(32.0).show(ui, |ui| panels::status_bar_ui(ui, &status, &mut actions));
-        Panel::right("controls").default_size(310.0).size_range(270.0..=480.0).show(ui, |ui| {
-            ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-                let model = &mut self.model;
-                panels::scene_ui(ui, model, &status, &mut actions);
-                panels::render_ui(ui, model);
-                panels::display_ui(ui, model);
-                panels::material_ui(ui, model, &status);
-                panels::camera_ui(ui, model, &status, &mut actions);
+        Panel::bottom("status")
+            .exact_size(32.0)
+            .show(ui, |ui| panels::status_bar_ui(ui, &status, &mut actions));
+        Panel::right("controls")
+            .default_size(310.0)
+            .size_range(270.0..=480.0)
+            .show(ui, |ui| {
+                // Room for the bar, which else lies over the numbers.
+                ui.spacing_mut().scroll.floating_allocated_width = 8.0;
+                ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+                    let model = &mut self.model;
+                    panels::scene_ui(ui, model, &status, &mut actions);
+                    panels::render_ui(ui, model);
+                    panels::display_ui(ui, model);
+                    panels::material_ui(ui, model, &status);
+                    panels::camera_ui(ui, model, &status, &mut actions);
+                });
             });
-        });
         CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
             let space = ui.max_rect();
             let snapshot = self.session.snapshot();
-            self.viewport.ui(ui, &mut self.model, &status, snapshot.as_deref());
-            self.banners.ui(ui, space, &mut self.model, status.scene.as_ref());
+            self.viewport
+                .ui(ui, &mut self.model, &status, snapshot.as_deref());
+            self.banners
+                .ui(ui, space, &mut self.model, status.scene.as_ref());
         });
         panels::help_ui(&ctx, &mut self.is_help_open);
         hovered_files(&ctx);
@@ -264,7 +316,12 @@ impl eframe::App for App {
 fn hovered_files(ctx: &Context) {
     let name = ctx.input(|i| {
         let file = i.raw.hovered_files.last()?;
-        Some(file.path.as_ref().and_then(|p| p.file_name()).map(|n| n.to_string_lossy().into_owned()))
+        Some(
+            file.path
+                .as_ref()
+                .and_then(|p| p.file_name())
+                .map(|n| n.to_string_lossy().into_owned()),
+        )
     });
     let Some(name) = name else { return };
     let layer = egui::LayerId::new(egui::Order::Foreground, egui::Id::unique("hovered files"));
@@ -275,5 +332,11 @@ fn hovered_files(ctx: &Context) {
         None => "Drop a .toml scene or an .obj mesh to open it".into(),
     };
     let font = egui::FontId::proportional(24.0);
-    painter.text(window.center(), egui::Align2::CENTER_CENTER, text, font, Color32::WHITE);
+    painter.text(
+        window.center(),
+        egui::Align2::CENTER_CENTER,
+        text,
+        font,
+        Color32::WHITE,
+    );
 }

@@ -10,6 +10,12 @@ use lightbox_core::color::{ToneCurve, ToneMap};
 use lightbox_core::settings::{MAX_SIZE, parse_depth};
 use lightbox_core::{AccelKind, Camera, Filter, Method, SamplerKind, SceneDesc};
 
+// Headings of the help.
+const STOP: &str = "Stop";
+const SETTINGS: &str = "Settings (default: the scene's)";
+const CAMERA: &str = "Camera (default: the scene's)";
+const PNG: &str = "PNG";
+
 /// Open a scene or mesh in the viewer, or run a command without a window.
 #[derive(Debug, Parser)]
 #[command(name = "lightbox", version, args_conflicts_with_subcommands = true, after_help = builtin_scenes())]
@@ -44,63 +50,55 @@ pub struct RenderArgs {
     pub output: Option<PathBuf>,
 
     /// Stop at N samples per pixel [default: the scene's, unless --seconds or --noise is given]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..), help_heading = "Stop")]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..), help_heading = STOP)]
     pub spp: Option<u64>,
     /// Stop after S seconds of tracing, to the nearest whole sample per pixel, at least one
-    #[arg(long, value_name = "S", value_parser = positive, help_heading = "Stop")]
+    #[arg(long, value_name = "S", value_parser = positive, help_heading = STOP)]
     pub seconds: Option<f64>,
     /// Stop when the estimated relative noise is at most R, from 16 samples per pixel on
-    #[arg(long, value_name = "R", value_parser = positive, help_heading = "Stop")]
+    #[arg(long, value_name = "R", value_parser = positive, help_heading = STOP)]
     pub noise: Option<f64>,
 
     /// Width and height in pixels
-    #[arg(long, value_name = "WxH", value_parser = size, help_heading = "Settings (default: the scene's)")]
+    #[arg(long, value_name = "WxH", value_parser = size, help_heading = SETTINGS)]
     pub size: Option<[u32; 2]>,
     /// Most segments of a path, or "unlimited"; 1 sees emitters only, 2 adds direct light
-    #[arg(long, value_name = "D", value_parser = depth, help_heading = "Settings (default: the scene's)")]
+    #[arg(long, value_name = "D", value_parser = depth, help_heading = SETTINGS)]
     pub depth: Option<u32>,
     /// Pixel filter: box, tent, gaussian, mitchell, blackman-harris or lanczos, and its radius in pixels
-    #[arg(
-        long,
-        value_name = "F[:RADIUS]",
-        help_heading = "Settings (default: the scene's)"
-    )]
+    #[arg(long, value_name = "F[:RADIUS]", help_heading = SETTINGS)]
     pub filter: Option<Filter>,
     /// How light is found
-    #[arg(long, value_name = "M", value_parser = named(Method::ALL, Method::name), help_heading = "Settings (default: the scene's)")]
+    #[arg(long, value_name = "M", value_parser = named(Method::ALL, Method::name), help_heading = SETTINGS)]
     pub method: Option<Method>,
     /// How rays find surfaces
-    #[arg(long, value_name = "A", value_parser = named(AccelKind::ALL, AccelKind::name), help_heading = "Settings (default: the scene's)")]
+    #[arg(long, value_name = "A", value_parser = named(AccelKind::ALL, AccelKind::name), help_heading = SETTINGS)]
     pub accel: Option<AccelKind>,
     /// Where the random numbers come from
-    #[arg(long, value_name = "S", value_parser = named(SamplerKind::ALL, SamplerKind::name), help_heading = "Settings (default: the scene's)")]
+    #[arg(long, value_name = "S", value_parser = named(SamplerKind::ALL, SamplerKind::name), help_heading = SETTINGS)]
     pub sampler: Option<SamplerKind>,
     /// Chooses the random numbers
-    #[arg(
-        long,
-        value_name = "K",
-        help_heading = "Settings (default: the scene's)"
-    )]
+    #[arg(long, value_name = "K", help_heading = SETTINGS)]
     pub seed: Option<u64>,
 
     /// Pinhole
-    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true, help_heading = "Camera (default: the scene's)")]
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true, help_heading = CAMERA)]
     pub eye: Option<Vec3>,
     /// Point in the middle of the picture
-    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true, help_heading = "Camera (default: the scene's)")]
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true, help_heading = CAMERA)]
     pub target: Option<Vec3>,
     /// Direction that is up in the picture
-    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true, help_heading = "Camera (default: the scene's)")]
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true, help_heading = CAMERA)]
     pub up: Option<Vec3>,
     /// Vertical field of view, degrees
-    #[arg(long, value_name = "DEGREES", value_parser = field_of_view, help_heading = "Camera (default: the scene's)")]
+    #[arg(long, value_name = "DEGREES", value_parser = field_of_view, help_heading = CAMERA)]
     pub fov: Option<f32>,
 
     /// Brightness of a PNG in photographic stops
-    #[arg(long, value_name = "E", value_parser = finite, default_value = "0", allow_negative_numbers = true, help_heading = "PNG")]
+    #[arg(long, value_name = "E", value_parser = finite, default_value = "0", allow_negative_numbers = true, help_heading = PNG)]
     pub exposure: f32,
     /// Tone curve of a PNG
-    #[arg(long, value_name = "T", value_parser = named(&ToneCurve::ALL, ToneCurve::name), default_value_t, help_heading = "PNG")]
+    #[arg(long, value_name = "T", value_parser = named(&ToneCurve::ALL, ToneCurve::name), default_value_t, help_heading = PNG)]
     pub tone: ToneCurve,
 
     /// Worker threads; the picture does not depend on them [default: all]

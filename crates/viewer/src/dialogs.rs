@@ -30,25 +30,47 @@ pub struct Dialogs {
 impl Default for Dialogs {
     fn default() -> Self {
         let (sender, answers) = channel();
-        Self { answers, sender, is_open: false }
+        Self {
+            answers,
+            sender,
+            is_open: false,
+        }
     }
 }
 
 impl Dialogs {
     /// Asks for a scene or mesh to open.
     pub fn open(&mut self, ctx: &egui::Context) {
-        let dialog = rfd::FileDialog::new().set_title("Open a scene or mesh").add_filter("scenes and meshes", &["toml", "obj"]);
-        let without = Answer::Unavailable("no file dialog answered; drop the file on this window, or start with `lightbox FILE`");
+        let dialog = rfd::FileDialog::new()
+            .set_title("Open a scene or mesh")
+            .add_filter("scenes and meshes", &["toml", "obj"]);
+        let without = Answer::Unavailable(
+            "no file dialog answered; drop the file on this window, or start with `lightbox FILE`",
+        );
         self.ask(ctx, without, move || dialog.pick_file().map(Answer::Open));
     }
 
     /// Asks where to save a file; `extension` is added to a name without one. On a desktop without
     /// dialogs the file goes to the folder that lightbox was started in.
     pub fn save(&mut self, ctx: &egui::Context, name: &str, extension: &'static str) {
-        let dialog = rfd::FileDialog::new().set_title("Save the picture").set_file_name(name).add_filter(extension, &[extension]);
-        let without = Answer::Save(free_path(&std::env::current_dir().unwrap_or_default(), name));
-        let named = move |path: PathBuf| if path.extension().is_some() { path } else { path.with_extension(extension) };
-        self.ask(ctx, without, move || dialog.save_file().map(|path| Answer::Save(named(path))));
+        let dialog = rfd::FileDialog::new()
+            .set_title("Save the picture")
+            .set_file_name(name)
+            .add_filter(extension, &[extension]);
+        let without = Answer::Save(free_path(
+            &std::env::current_dir().unwrap_or_default(),
+            name,
+        ));
+        let named = move |path: PathBuf| {
+            if path.extension().is_some() {
+                path
+            } else {
+                path.with_extension(extension)
+            }
+        };
+        self.ask(ctx, without, move || {
+            dialog.save_file().map(|path| Answer::Save(named(path)))
+        });
     }
 
     fn ask(
@@ -64,13 +86,20 @@ impl Dialogs {
         let run = move || {
             let start = Instant::now();
             let answer = dialog().unwrap_or_else(|| {
-                if start.elapsed() < TOO_SOON { without } else { Answer::Cancelled }
+                if start.elapsed() < TOO_SOON {
+                    without
+                } else {
+                    Answer::Cancelled
+                }
             });
             // Fails only when the window has gone.
             let _ = sender.send(answer);
             ctx.request_repaint();
         };
-        self.is_open = std::thread::Builder::new().name("lightbox-dialog".into()).spawn(run).is_ok();
+        self.is_open = std::thread::Builder::new()
+            .name("lightbox-dialog".into())
+            .spawn(run)
+            .is_ok();
     }
 
     /// The answer, once there is one.
@@ -85,7 +114,9 @@ impl Dialogs {
 fn free_path(folder: &Path, name: &str) -> PathBuf {
     let (stem, extension) = name.rsplit_once('.').unwrap_or((name, ""));
     let numbered = (2..).map(|i| format!("{stem}-{i}.{extension}"));
-    let mut paths = std::iter::once(name.to_owned()).chain(numbered).map(|name| folder.join(name));
+    let mut paths = std::iter::once(name.to_owned())
+        .chain(numbered)
+        .map(|name| folder.join(name));
     paths.find(|path| !path.exists()).unwrap_or_default()
 }
 

@@ -31,14 +31,22 @@ pub fn pick(scene: &Scene, camera: &CameraDesc, size: [u32; 2], at: [f32; 2]) ->
     let place = [at[0] * size[0] as f32, at[1] * size[1] as f32];
     let pixel = [0, 1].map(|i| (place[i].max(0.0) as u32).min(size[i] - 1));
     let offset = [0, 1].map(|i| place[i] - pixel[i] as f32 - 0.5);
-    let ray = Camera::new(camera, size[0], size[1]).ok()?.ray(pixel, offset);
+    let ray = Camera::new(camera, size[0], size[1])
+        .ok()?
+        .ray(pixel, offset);
     let hit = scene.intersect(&ray)?;
-    Some(Pick { hit, point: ray.at(hit.t) })
+    Some(Pick {
+        hit,
+        point: ray.at(hit.t),
+    })
 }
 
 /// Shares of a rectangle's width and height.
 pub fn share(rect: Rect, pos: Pos2) -> [f32; 2] {
-    [(pos.x - rect.left()) / rect.width(), (pos.y - rect.top()) / rect.height()]
+    [
+        (pos.x - rect.left()) / rect.width(),
+        (pos.y - rect.top()) / rect.height(),
+    ]
 }
 
 struct Glide {
@@ -63,7 +71,11 @@ impl Gestures {
     pub fn glide(&mut self, ui: &egui::Context, model: &Model, to: CameraDesc) {
         self.is_limited = false;
         if to != model.desc.camera {
-            self.glide = Some(Glide { from: model.desc.camera, to, start: ui.input(|i| i.time) });
+            self.glide = Some(Glide {
+                from: model.desc.camera,
+                to,
+                start: ui.input(|i| i.time),
+            });
             ui.request_repaint();
         }
     }
@@ -79,7 +91,14 @@ impl Gestures {
     }
 
     /// Applies this frame's events over the picture, shown in `rect`, to the model.
-    pub fn update(&mut self, ui: &Ui, response: &Response, rect: Rect, scene: &Scene, model: &mut Model) {
+    pub fn update(
+        &mut self,
+        ui: &Ui,
+        response: &Response,
+        rect: Rect,
+        scene: &Scene,
+        model: &mut Model,
+    ) {
         let before = model.desc.camera;
         self.drag(response, rect, scene, model);
         self.wheel(ui, response, rect, scene, model);
@@ -95,11 +114,14 @@ impl Gestures {
         let Vec2 { x, y } = response.drag_delta() / rect.height();
         if response.dragged_by(PointerButton::Primary) {
             // Half a turn for the height of the picture.
-            model.desc.camera = orbit::turned(&camera, x * std::f32::consts::PI, y * std::f32::consts::PI);
+            model.desc.camera =
+                orbit::turned(&camera, x * std::f32::consts::PI, y * std::f32::consts::PI);
             self.is_limited = false;
         } else if response.dragged() {
             if response.drag_started() {
-                let grabbed = response.interact_pointer_pos().and_then(|p| pick_in(rect, p, scene, model));
+                let grabbed = response
+                    .interact_pointer_pos()
+                    .and_then(|p| pick_in(rect, p, scene, model));
                 let point = grabbed.map_or(camera.target, |g| g.point);
                 let depth = orbit::projected(&camera, point).map(|(_, depth)| depth);
                 self.grabbed = depth.unwrap_or_else(|| camera.eye.distance(camera.target));
@@ -109,8 +131,17 @@ impl Gestures {
         }
     }
 
-    fn wheel(&mut self, ui: &Ui, response: &Response, rect: Rect, scene: &Scene, model: &mut Model) {
-        let Some(pos) = response.hover_pos() else { return };
+    fn wheel(
+        &mut self,
+        ui: &Ui,
+        response: &Response,
+        rect: Rect,
+        scene: &Scene,
+        model: &mut Model,
+    ) {
+        let Some(pos) = response.hover_pos() else {
+            return;
+        };
         // With Shift, the wheel arrives as horizontal scrolling.
         let (scroll, zoom) = ui.input(|i| (i.smooth_scroll_delta(), i.zoom_delta()));
         let factor = (-(scroll.x + scroll.y) / WHEEL).exp() / zoom;
@@ -118,19 +149,33 @@ impl Gestures {
             return;
         }
         let camera = model.desc.camera;
-        let point = pick_in(rect, pos, scene, model).map_or_else(|| beside_target(rect, pos, &camera), |p| p.point);
+        let point = pick_in(rect, pos, scene, model)
+            .map_or_else(|| beside_target(rect, pos, &camera), |p| p.point);
         let reach = orbit::reach(&scene.geometry().bounds(), &camera);
         (model.desc.camera, self.is_limited) = orbit::dollied(&camera, point, factor, reach);
     }
 
-    fn click(&mut self, ui: &Ui, response: &Response, rect: Rect, scene: &Scene, model: &mut Model) {
+    fn click(
+        &mut self,
+        ui: &Ui,
+        response: &Response,
+        rect: Rect,
+        scene: &Scene,
+        model: &mut Model,
+    ) {
         if !response.clicked_by(PointerButton::Primary) {
             return;
         }
-        let picked = response.interact_pointer_pos().and_then(|p| pick_in(rect, p, scene, model));
+        let picked = response
+            .interact_pointer_pos()
+            .and_then(|p| pick_in(rect, p, scene, model));
         model.selection = picked.map(|p| Selection::of(scene, p.hit.prim));
         if let (true, Some(picked)) = (response.double_clicked_by(PointerButton::Primary), picked) {
-            self.glide(ui.ctx(), model, orbit::aimed(&model.desc.camera, picked.point));
+            self.glide(
+                ui.ctx(),
+                model,
+                orbit::aimed(&model.desc.camera, picked.point),
+            );
         }
     }
 
@@ -151,12 +196,22 @@ impl Gestures {
 
 fn pick_in(rect: Rect, pos: Pos2, scene: &Scene, model: &Model) -> Option<Pick> {
     let settings = &model.desc.render;
-    pick(scene, &model.desc.camera, [settings.width, settings.height], share(rect, pos))
+    pick(
+        scene,
+        &model.desc.camera,
+        [settings.width, settings.height],
+        share(rect, pos),
+    )
 }
 
 /// The point under the cursor in the plane of the target, where there is no surface.
 fn beside_target(rect: Rect, pos: Pos2, camera: &CameraDesc) -> Vec3 {
     let offset = (pos - rect.center()) / rect.height();
     // The target moves by the opposite of what a pan does.
-    orbit::panned(camera, [-offset.x, -offset.y], camera.eye.distance(camera.target)).target
+    orbit::panned(
+        camera,
+        [-offset.x, -offset.y],
+        camera.eye.distance(camera.target),
+    )
+    .target
 }

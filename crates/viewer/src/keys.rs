@@ -42,10 +42,30 @@ const COMMAND: Modifiers = Modifiers::COMMAND;
 pub const KEYS: &[(Modifiers, Key, Action, &str)] = &[
     (COMMAND, Key::O, Action::Open, "open a scene or mesh"),
     (COMMAND, Key::R, Action::Reload, "read the file again"),
-    (COMMAND.plus(SHIFT), Key::S, Action::SaveExr, "save linear light (EXR)"),
-    (COMMAND, Key::S, Action::SavePng, "save the picture as shown (PNG)"),
-    (PLAIN, Key::Space, Action::Pause, "pause or go on; samples are kept"),
-    (PLAIN, Key::F, Action::Frame, "frame the selected object, or the scene"),
+    (
+        COMMAND.plus(SHIFT),
+        Key::S,
+        Action::SaveExr,
+        "save linear light (EXR)",
+    ),
+    (
+        COMMAND,
+        Key::S,
+        Action::SavePng,
+        "save the picture as shown (PNG)",
+    ),
+    (
+        PLAIN,
+        Key::Space,
+        Action::Pause,
+        "pause or go on; samples are kept",
+    ),
+    (
+        PLAIN,
+        Key::F,
+        Action::Frame,
+        "frame the selected object, or the scene",
+    ),
     (PLAIN, Key::Home, Action::Home, "back to the file's camera"),
     (SHIFT, Key::E, Action::Darker, "half a stop darker"),
     (PLAIN, Key::E, Action::Brighter, "half a stop brighter"),
@@ -70,7 +90,10 @@ pub fn pressed(ctx: &Context) -> Vec<Action> {
         return Vec::new();
     }
     // A focused button takes Space for a click, an open list takes Escape.
-    let (focused, listing) = (ctx.egui_wants_keyboard_input(), egui::Popup::is_any_open(ctx));
+    let (focused, listing) = (
+        ctx.egui_wants_keyboard_input(),
+        egui::Popup::is_any_open(ctx),
+    );
     let mut actions = Vec::new();
     for (modifiers, key, action, _) in KEYS {
         let taken = (*key == Key::Space && focused) || (*key == Key::Escape && listing);
@@ -84,5 +107,7 @@ pub fn pressed(ctx: &Context) -> Vec<Action> {
 /// The key of an action, as shown on buttons.
 pub fn text(ctx: &Context, action: &Action) -> String {
     let key = KEYS.iter().find(|(_, _, a, _)| a == action);
-    key.map_or_else(String::new, |(modifiers, key, _, _)| ctx.format_shortcut(&KeyboardShortcut::new(*modifiers, *key)))
+    key.map_or_else(String::new, |(modifiers, key, _, _)| {
+        ctx.format_shortcut(&KeyboardShortcut::new(*modifiers, *key))
+    })
 }

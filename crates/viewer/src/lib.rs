@@ -8,6 +8,7 @@ pub mod gestures;
 pub mod keys;
 pub mod model;
 pub mod orbit;
+pub mod overlay;
 pub mod panels;
 pub mod replay;
 pub mod session;

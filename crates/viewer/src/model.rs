@@ -34,7 +34,10 @@ impl Selection {
     /// What a primitive belongs to.
     pub fn of(scene: &Scene, prim: u32) -> Self {
         let object = scene.object(prim);
-        Self { kind: object.kind, part: scene.slot(prim) - object.first_slot }
+        Self {
+            kind: object.kind,
+            part: scene.slot(prim) - object.first_slot,
+        }
     }
 
     /// The object, if the scene still has it.
@@ -84,12 +87,24 @@ impl Model {
         }
         // The scene may lag behind the edits, but not in names.
         let material = scene.slot_material(object.first_slot + selection.part);
-        Some(self.desc.materials.iter().find(|m| m.name == material.name).cloned().unwrap_or(material))
+        Some(
+            self.desc
+                .materials
+                .iter()
+                .find(|m| m.name == material.name)
+                .cloned()
+                .unwrap_or(material),
+        )
     }
 
     /// Puts an edited material in its place.
     pub fn set_material(&mut self, material: MaterialDesc) {
-        match self.desc.materials.iter_mut().find(|m| m.name == material.name) {
+        match self
+            .desc
+            .materials
+            .iter_mut()
+            .find(|m| m.name == material.name)
+        {
             Some(place) => *place = material,
             None => self.desc.materials.push(material),
         }
@@ -98,12 +113,27 @@ impl Model {
     /// Labels of the other objects that an edit of the selected material changes too.
     pub fn sharing<'a>(&self, scene: &'a Scene, material: &str) -> Vec<&'a str> {
         let uses = |kind| match kind {
-            ObjectKind::Sphere(i) => self.desc.spheres.get(i).is_some_and(|s| s.material == material),
-            ObjectKind::Quad(i) => self.desc.quads.get(i).is_some_and(|q| q.material == material),
-            ObjectKind::Mesh(i) => self.desc.meshes.get(i).is_some_and(|m| m.material.as_deref() == Some(material)),
+            ObjectKind::Sphere(i) => self
+                .desc
+                .spheres
+                .get(i)
+                .is_some_and(|s| s.material == material),
+            ObjectKind::Quad(i) => self
+                .desc
+                .quads
+                .get(i)
+                .is_some_and(|q| q.material == material),
+            ObjectKind::Mesh(i) => self
+                .desc
+                .meshes
+                .get(i)
+                .is_some_and(|m| m.material.as_deref() == Some(material)),
         };
         let selected = self.selection.map(|s| s.kind);
-        let others = scene.objects().iter().filter(|o| Some(o.kind) != selected && uses(o.kind));
+        let others = scene
+            .objects()
+            .iter()
+            .filter(|o| Some(o.kind) != selected && uses(o.kind));
         others.map(|o| o.label.as_str()).collect()
     }
 
@@ -115,7 +145,10 @@ impl Model {
         }
         let up = dominant_axis(self.desc.camera.up);
         // Right-handed: across × along = up.
-        let (across, along) = (Vec3::new(up.z, up.x, up.y), Vec3::new(up.y, up.z, up.x).abs());
+        let (across, along) = (
+            Vec3::new(up.z, up.x, up.y),
+            Vec3::new(up.y, up.z, up.x).abs(),
+        );
         let half = bounds.extent() * 0.5;
         let size = bounds.diagonal();
         let side = |axis: Vec3| axis * (half.dot(axis.abs()) * 0.3).max(size * 0.05);
@@ -124,13 +157,21 @@ impl Model {
         let eye = self.desc.camera.eye;
         let seen = |place: &Vec3| {
             let way = *place - eye;
-            let ray = Ray { t_max: way.length() * 0.999, ..Ray::new(eye, way.normalize_or_zero()) };
+            let ray = Ray {
+                t_max: way.length() * 0.999,
+                ..Ray::new(eye, way.normalize_or_zero())
+            };
             !scene.occluded(&ray, u32::MAX)
         };
         let below = height(-0.01);
-        let place = [below, height(0.25)].into_iter().find(seen).unwrap_or(below);
+        let place = [below, height(0.25)]
+            .into_iter()
+            .find(seen)
+            .unwrap_or(below);
         let (a, b) = (side(across), side(along));
-        let name = free_name("lamp", |name| self.desc.materials.iter().any(|m| m.name == name));
+        let name = free_name("lamp", |name| {
+            self.desc.materials.iter().any(|m| m.name == name)
+        });
         self.desc.materials.push(MaterialDesc {
             name: name.clone(),
             albedo: Vec3::ZERO,
@@ -139,7 +180,11 @@ impl Model {
         });
         // Counter-clockwise from below, so that it shines down.
         let corners = [place - a - b, place - a + b, place + a + b, place + a - b];
-        self.desc.quads.push(QuadDesc { name: name.clone(), material: name, corners });
+        self.desc.quads.push(QuadDesc {
+            name: name.clone(),
+            material: name,
+            corners,
+        });
     }
 }
 
@@ -157,12 +202,18 @@ fn dominant_axis(v: Vec3) -> Vec3 {
 
 fn free_name(wanted: &str, taken: impl Fn(&str) -> bool) -> String {
     let numbered = (2..).map(|i| format!("{wanted} {i}"));
-    std::iter::once(wanted.to_owned()).chain(numbered).find(|name| !taken(name)).unwrap_or_default()
+    std::iter::once(wanted.to_owned())
+        .chain(numbered)
+        .find(|name| !taken(name))
+        .unwrap_or_default()
 }
 
 /// A file or built-in scene without folder and extension.
 pub fn scene_name(path: &Path) -> String {
-    let stem = path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy();
+    let stem = path
+        .file_stem()
+        .unwrap_or(path.as_os_str())
+        .to_string_lossy();
     stem.strip_prefix("builtin:").unwrap_or(&stem).to_owned()
 }
 
@@ -172,13 +223,19 @@ mod tests {
 
     #[test]
     fn scene_names_are_short() {
-        assert_eq!(scene_name(Path::new("builtin:teddy-diffuse.toml")), "teddy-diffuse");
+        assert_eq!(
+            scene_name(Path::new("builtin:teddy-diffuse.toml")),
+            "teddy-diffuse"
+        );
         assert_eq!(scene_name(Path::new("some/folder/a.b.obj")), "a.b");
     }
 
     #[test]
     fn lamps_get_free_names() {
-        assert_eq!(free_name("lamp", |n| n == "lamp" || n == "lamp 2"), "lamp 3");
+        assert_eq!(
+            free_name("lamp", |n| n == "lamp" || n == "lamp 2"),
+            "lamp 3"
+        );
     }
 
     #[test]

@@ -87,9 +87,7 @@ pub(super) fn primitives(desc: &SceneDesc, meshes: &MeshCache) -> (Primitives, V
         let slot = object(ObjectKind::Quad(i), &quad.name, 1);
         if Quad::is_parallelogram(&quad.corners) {
             quad_slots.push(slot);
-            primitives.quads.push(Quad {
-                corners: quad.corners,
-            });
+            primitives.quads.push(Quad::new(quad.corners));
         } else {
             let [a, b, c, d] = quad.corners;
             triangle_slots.extend([slot, slot]);

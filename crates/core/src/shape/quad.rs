@@ -4,13 +4,15 @@
 use glam::Vec3;
 
 use super::triangle::{ShearedRay, sheared_triangle};
+use crate::math::gamma;
 
 /// A parallelogram with corners a, b, c, d; its front is the side from which they run
 /// counter-clockwise.
 #[derive(Clone, Copy, Debug)]
 pub struct Quad {
-    /// Corners in order around the edge.
-    pub corners: [Vec3; 4],
+    corners: [Vec3; 4],
+    normal: Vec3,
+    area: f32,
 }
 
 /// Where a ray meets a quad: `t`, and (u, v) in [0, 1]² along b−a and d−a.
@@ -25,6 +27,18 @@ pub struct QuadHit {
 }
 
 impl Quad {
+    /// The parallelogram with these corners, in order around the edge.
+    pub fn new(corners: [Vec3; 4]) -> Self {
+        let [a, b, c, d] = corners;
+        let area = (b - a).as_dvec3().cross((d - a).as_dvec3()).length() as f32;
+        Self { corners, normal: super::unit_normal(c - a, d - b), area }
+    }
+
+    /// Corners in order around the edge.
+    pub fn corners(&self) -> [Vec3; 4] {
+        self.corners
+    }
+
     /// Whether four corners make a parallelogram: the diagonals' midpoints agree to 10⁻⁵ of the
     /// longer diagonal.
     pub fn is_parallelogram([a, b, c, d]: &[Vec3; 4]) -> bool {
@@ -38,7 +52,14 @@ impl Quad {
     /// The hit with `0 < t ≤ t_max`, if any.
     #[inline(always)]
     pub fn intersect(&self, ray: &ShearedRay, t_max: f32) -> Option<QuadHit> {
-        let [a, b, c, d] = self.corners.map(|p| ray.shear(p));
+        let [a, b, c, d] = self.corners;
+        // Most quads that are tried lie behind the ray or what it has already hit.
+        let (za, zb, zc, zd) = (ray.depth(a), ray.depth(b), ray.depth(c), ray.depth(d));
+        let (nearest, farthest) = (za.min(zb).min(zc.min(zd)), za.max(zb).max(zc.max(zd)));
+        if farthest <= 0.0 || nearest * (1.0 - gamma(16)) > t_max {
+            return None;
+        }
+        let (a, b, c, d) = (ray.shear(a), ray.shear(b), ray.shear(c), ray.shear(d));
         if let Some(hit) = sheared_triangle(a, b, c, t_max) {
             return Some(QuadHit {
                 t: hit.t,
@@ -66,13 +87,11 @@ impl Quad {
 
     /// Unit normal of the front.
     pub fn normal(&self) -> Vec3 {
-        let [a, b, c, d] = self.corners;
-        super::unit_normal(c - a, d - b)
+        self.normal
     }
 
     /// Area, square scene units.
     pub fn area(&self) -> f32 {
-        let [a, b, _, d] = self.corners;
-        (b - a).as_dvec3().cross((d - a).as_dvec3()).length() as f32
+        self.area
     }
 }

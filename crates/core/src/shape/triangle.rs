@@ -3,8 +3,8 @@
 //! The ray is sheared onto an axis once; a triangle is then hit if the three edge functions of
 //! its projected vertices have no two signs. An edge shared by two triangles gives the same
 //! products in both, and edges count as inside, so nothing slips between. (Rust never contracts
-//! a·b−c·d into a fused operation, which would break that.) An edge function of exactly 0 is
-//! decided in f64, where the products are exact.
+//! a·b−c·d into a fused operation, which would break that.) Edge functions of 0 are decided, and
+//! those of hits refined, in f64, where the products are exact.
 
 use glam::Vec3;
 
@@ -53,6 +53,13 @@ impl ShearedRay {
         }
     }
 
+    /// Depth of a vertex along the ray: z' of [`Self::shear`].
+    #[inline(always)]
+    pub(super) fn depth(&self, v: Vec3) -> f32 {
+        let z = self.axes[2];
+        self.shear[2] * (v.to_array()[z] - self.origin[z])
+    }
+
     /// A vertex in the ray's coordinates.
     #[inline(always)]
     pub(super) fn shear(&self, v: Vec3) -> Sheared {
@@ -81,9 +88,15 @@ fn edge(p: Sheared, q: Sheared) -> f32 {
 }
 
 /// The same in f64, in which the products of two f32 are exact.
-#[cold]
+#[inline(always)]
 fn edge_f64(p: Sheared, q: Sheared) -> f32 {
     (f64::from(q[0]) * f64::from(p[1]) - f64::from(q[1]) * f64::from(p[0])) as f32
+}
+
+/// Whether some weight is below zero and some above.
+#[inline(always)]
+fn disagree(u: f32, v: f32, w: f32) -> bool {
+    (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0)
 }
 
 /// The test in the ray's coordinates.
@@ -94,11 +107,14 @@ pub(super) fn sheared_triangle(
     c: Sheared,
     t_max: f32,
 ) -> Option<TriangleHit> {
-    let (mut u, mut v, mut w) = (edge(b, c), edge(c, a), edge(a, b));
-    if u == 0.0 || v == 0.0 || w == 0.0 {
-        (u, v, w) = (edge_f64(b, c), edge_f64(c, a), edge_f64(a, b));
+    // Rounding can make an edge function 0 but never turn its sign, so most misses end here.
+    if disagree(edge(b, c), edge(c, a), edge(a, b)) {
+        return None;
     }
-    if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
+    // What may be a hit gets exact products: they decide the zeros, and t stays within a few ulp
+    // however thin the triangle.
+    let (u, v, w) = (edge_f64(b, c), edge_f64(c, a), edge_f64(a, b));
+    if disagree(u, v, w) {
         return None;
     }
     let det = u + v + w;

@@ -83,8 +83,8 @@ fn census(opened: &Opened) -> Census<'_> {
     let slots = slots_in_use(scene);
     // Slots can share a texture; each is held once.
     let textures: BTreeMap<_, _> = slots
-        .iter()
-        .filter_map(|(_, prim)| scene.material(*prim).texture.as_ref())
+        .values()
+        .filter_map(|prim| scene.material(*prim).texture.as_ref())
         .map(|texture| (Arc::as_ptr(texture), texture.bytes()))
         .collect();
     let tree = geometry.tree().map(|tree| {

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressFinish, ProgressStyle};
 use lightbox_core::render::Work;
@@ -109,12 +109,7 @@ fn render(args: &RenderArgs) -> Result<Outcome, String> {
         });
     }
     let settings = view.settings;
-    let pixels = u64::from(settings.width) * u64::from(settings.height);
-    let mut replay = replay::line(scene.path(), scene.desc(), progress.samples.max(1));
-    replay += &replay::tone_options(args.tone_map());
-    if work.paths != progress.samples * pixels {
-        replay += " # interrupted: some parts of the picture hold other samples";
-    }
+    let replay = replay_line(args, &view, &progress, work);
     if let Some(output) = &args.output {
         image_io::write(output, &film.develop(), args.tone_map(), &replay)?;
     }
@@ -169,6 +164,18 @@ fn render(args: &RenderArgs) -> Result<Outcome, String> {
     })
 }
 
+/// The command that makes the picture again.
+fn replay_line(args: &RenderArgs, view: &View, progress: &Progress, work: Work) -> String {
+    let (scene, settings) = (&view.scene, &view.settings);
+    let mut line = replay::line(scene.path(), scene.desc(), progress.samples.max(1));
+    line += &replay::tone_options(args.tone_map());
+    let pixels = u64::from(settings.width) * u64::from(settings.height);
+    if work.paths != progress.samples * pixels {
+        line += " # interrupted: some parts of the picture hold other samples";
+    }
+    line
+}
+
 /// Adds samples until a limit is reached or Ctrl-C is pressed; a second Ctrl-C ends the process.
 fn trace(
     view: &View,
@@ -219,9 +226,13 @@ fn show(bar: &ProgressBar, limits: &Limits, progress: &Progress, work: Work) {
     let noise = progress
         .noise
         .map_or_else(String::new, |noise| format!(", noise {noise:.2e}"));
+    // Infinite as long as nothing is known.
     let eta = progress.seconds * (1.0 - fraction) / fraction;
-    let eta = Duration::try_from_secs_f64(eta.ceil())
-        .map_or_else(|_| String::new(), |eta| format!(", {eta:?} left"));
+    let eta = if eta.is_finite() {
+        format!(", {:.0} s left", eta.ceil())
+    } else {
+        String::new()
+    };
     bar.set_message(format!(
         "{} spp{noise}, {:.2} Mrays/s{eta}",
         progress.samples,

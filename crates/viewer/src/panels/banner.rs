@@ -37,7 +37,10 @@ impl Banners {
             return;
         }
         let top = space.center_top() + egui::vec2(0.0, 10.0);
-        let area = Area::new(Id::unique("banners")).fixed_pos(top).pivot(Align2::CENTER_TOP).constrain_to(space);
+        let area = Area::new(Id::unique("banners"))
+            .fixed_pos(top)
+            .pivot(Align2::CENTER_TOP)
+            .constrain_to(space);
         area.show(ui.ctx(), |ui| {
             ui.set_max_width((space.width() - 40.0).min(720.0));
             if let Some(scene) = dark {
@@ -60,10 +63,15 @@ impl Banners {
     /// Takes good news away when they are old, and wakes up for that.
     fn expire(&mut self, ui: &Ui) {
         let now = ui.input(|i| i.time);
-        self.lines.retain(|(notice, since)| notice.is_error || now - since < GOOD_NEWS);
+        self.lines
+            .retain(|(notice, since)| notice.is_error || now - since < GOOD_NEWS);
         let good = self.lines.iter().filter(|(notice, _)| !notice.is_error);
-        if let Some(first) = good.map(|(_, since)| since + GOOD_NEWS - now).reduce(f64::min) {
-            ui.ctx().request_repaint_after(std::time::Duration::from_secs_f64(first.max(0.0) + 0.01));
+        if let Some(first) = good
+            .map(|(_, since)| since + GOOD_NEWS - now)
+            .reduce(f64::min)
+        {
+            ui.ctx()
+                .request_repaint_after(std::time::Duration::from_secs_f64(first.max(0.0) + 0.01));
         }
     }
 }
@@ -77,16 +85,26 @@ fn is_dark(scene: &Scene, model: &Model) -> bool {
 }
 
 fn line(ui: &mut Ui, is_error: bool, text: &str, buttons: impl FnOnce(&mut Ui)) {
-    let fill = if is_error { Color32::from_rgb(110, 30, 30) } else { Color32::from_rgb(38, 52, 66) };
-    Frame::new().fill(fill).corner_radius(4.0).inner_margin(egui::Margin::symmetric(10, 6)).show(ui, |ui| {
-        ui.horizontal(|ui| {
-            let room = ui.available_width() - 140.0;
-            ui.scope(|ui| {
-                ui.set_max_width(room.max(120.0));
-                ui.add(egui::Label::new(egui::RichText::new(text).color(Color32::WHITE)).wrap());
+    let fill = if is_error {
+        Color32::from_rgb(110, 30, 30)
+    } else {
+        Color32::from_rgb(38, 52, 66)
+    };
+    Frame::new()
+        .fill(fill)
+        .corner_radius(4.0)
+        .inner_margin(egui::Margin::symmetric(10, 6))
+        .show(ui, |ui| {
+            ui.horizontal(|ui| {
+                let room = ui.available_width() - 140.0;
+                ui.scope(|ui| {
+                    ui.set_max_width(room.max(120.0));
+                    ui.add(
+                        egui::Label::new(egui::RichText::new(text).color(Color32::WHITE)).wrap(),
+                    );
+                });
+                buttons(ui);
             });
-            buttons(ui);
         });
-    });
     ui.add_space(4.0);
 }

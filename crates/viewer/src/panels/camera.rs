@@ -1,9 +1,9 @@
 //! The camera in numbers.
 
-use egui::{DragValue, Slider, Ui};
+use egui::{DragValue, Ui};
 use glam::Vec3;
 
-use super::widgets::{RESTARTS, labelled, row, section};
+use super::widgets::{RESTARTS, labelled, row, section, slider};
 use crate::keys::{self, Action};
 use crate::model::Model;
 use crate::session::Status;
@@ -13,14 +13,24 @@ pub fn camera_ui(ui: &mut Ui, model: &mut Model, status: &Status, actions: &mut 
     section(ui, "Camera", false, |ui| {
         let camera = &mut model.desc.camera;
         let tip = format!("Vertical field of view. {RESTARTS}");
-        row(ui, "Field of view", &tip, |ui| ui.add(Slider::new(&mut camera.fov, 5.0..=120.0).suffix("°").max_decimals(1)));
+        row(ui, "Field of view", &tip, |ui| {
+            ui.add(
+                slider(&mut camera.fov, 5.0..=120.0)
+                    .suffix("°")
+                    .max_decimals(1),
+            )
+        });
         // Fine enough to aim, quick enough to cross the room.
         let speed = f64::from(camera.eye.distance(camera.target)) * 2e-3;
         point(ui, "Eye", &mut camera.eye, speed);
         point(ui, "Target", &mut camera.target, speed);
         ui.horizontal(|ui| {
             for (text, action, tip) in [
-                ("Frame", Action::Frame, "See all of the selected object, or of the scene."),
+                (
+                    "Frame",
+                    Action::Frame,
+                    "See all of the selected object, or of the scene.",
+                ),
                 ("Home", Action::Home, "Back to the file's camera."),
             ] {
                 let tip = format!("{tip} ({})", keys::text(ui.ctx(), &action));
@@ -39,9 +49,14 @@ fn point(ui: &mut Ui, name: &str, value: &mut Vec3, speed: f64) {
         ui.spacing_mut().item_spacing.x = 3.0;
         let width = ((ui.available_width() - 6.0) / 3.0).floor();
         for (axis, x) in ["x", "y", "z"].into_iter().zip(value.as_mut()) {
-            let drag = DragValue::new(x).speed(speed).max_decimals(3).clip_text(true);
+            let drag = DragValue::new(x)
+                .speed(speed)
+                .max_decimals(3)
+                .clip_text(true);
             let response = ui.add_sized([width, ui.spacing().interact_size.y], drag);
-            response.on_hover_text(&tip).accessible_name(format!("{name} {axis}"));
+            response
+                .on_hover_text(&tip)
+                .accessible_name(format!("{name} {axis}"));
         }
     });
 }

@@ -2,10 +2,10 @@
 //! the three numbers as a scene file has them.
 
 use egui::ecolor::{Hsva, HsvaGamma};
-use egui::{Color32, DragValue, Popup, PopupCloseBehavior, Response, Rgba, Sense, Slider, Ui, WidgetInfo};
+use egui::{Color32, DragValue, Popup, PopupCloseBehavior, Response, Rgba, Sense, Ui, WidgetInfo};
 use glam::Vec3;
 
-use super::widgets::{labelled, row};
+use super::widgets::{labelled, row, slider};
 
 /// Edits a colour with parts in [0, 1]; says whether it was touched.
 pub fn color(ui: &mut Ui, name: &str, tip: &str, value: &mut Vec3) -> bool {
@@ -13,15 +13,22 @@ pub fn color(ui: &mut Ui, name: &str, tip: &str, value: &mut Vec3) -> bool {
     labelled(ui, name, tip, |ui| {
         ui.spacing_mut().item_spacing.x = 3.0;
         let swatch = swatch(ui, name, *value).on_hover_text(tip);
-        Popup::menu(&swatch).close_behavior(PopupCloseBehavior::CloseOnClickOutside).show(|ui| {
-            ui.set_width(290.0);
-            hue_saturation_brightness(ui, value);
-        });
+        Popup::menu(&swatch)
+            .close_behavior(PopupCloseBehavior::CloseOnClickOutside)
+            .show(|ui| {
+                ui.set_width(290.0);
+                hue_saturation_brightness(ui, value);
+            });
         let width = ((ui.available_width() - 2.0 * ui.spacing().item_spacing.x) / 3.0).floor();
         for (part, x) in ["red", "green", "blue"].into_iter().zip(value.as_mut()) {
-            let drag = DragValue::new(x).range(0.0..=1.0).speed(0.005).max_decimals(3);
+            let drag = DragValue::new(x)
+                .range(0.0..=1.0)
+                .speed(0.005)
+                .max_decimals(3);
             let response = ui.add_sized([width, ui.spacing().interact_size.y], drag);
-            response.on_hover_text(format!("{part}, linear: drag, or click to type")).accessible_name(format!("{name} {part}"));
+            response
+                .on_hover_text(format!("{part}, linear: drag, or click to type"))
+                .accessible_name(format!("{name} {part}"));
         }
     });
     *value != before
@@ -32,8 +39,16 @@ fn swatch(ui: &mut Ui, name: &str, value: Vec3) -> Response {
     let (rect, response) = ui.allocate_exact_size(size, Sense::click());
     let [r, g, b] = value.to_array();
     let visuals = ui.style().interact(&response);
-    ui.painter().rect(rect, 3.0, Color32::from(Rgba::from_rgb(r, g, b)), visuals.fg_stroke, egui::StrokeKind::Inside);
-    response.widget_info(|| WidgetInfo::labeled(egui::accesskit::Role::ColorWell, ui.is_enabled(), name));
+    ui.painter().rect(
+        rect,
+        3.0,
+        Color32::from(Rgba::from_rgb(r, g, b)),
+        visuals.fg_stroke,
+        egui::StrokeKind::Inside,
+    );
+    response.widget_info(|| {
+        WidgetInfo::labeled(egui::accesskit::Role::ColorWell, ui.is_enabled(), name)
+    });
     response
 }
 
@@ -47,8 +62,14 @@ fn hue_saturation_brightness(ui: &mut Ui, value: &mut Vec3) {
         _ => HsvaGamma::from(Hsva::from_rgb(value.to_array())),
     };
     let before = hsv;
-    for (name, part) in [("Hue", &mut hsv.h), ("Saturation", &mut hsv.s), ("Brightness", &mut hsv.v)] {
-        row(ui, name, "", |ui| ui.add(Slider::new(part, 0.0..=1.0).fixed_decimals(2)));
+    for (name, part) in [
+        ("Hue", &mut hsv.h),
+        ("Saturation", &mut hsv.s),
+        ("Brightness", &mut hsv.v),
+    ] {
+        row(ui, name, "", |ui| {
+            ui.add(slider(part, 0.0..=1.0).fixed_decimals(2))
+        });
     }
     if hsv != before {
         *value = Vec3::from(Hsva::from(hsv).to_rgb()).clamp(Vec3::ZERO, Vec3::ONE);

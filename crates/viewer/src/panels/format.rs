@@ -30,7 +30,11 @@ pub fn rate(per_second: f64) -> String {
         x if x >= 1e6 => (x / 1e6, "M"),
         x => (x / 1e3, "k"),
     };
-    let decimals = if value < 9.995 { 2 } else { usize::from(value < 99.95) };
+    let decimals = if value < 9.995 {
+        2
+    } else {
+        usize::from(value < 99.95)
+    };
     format!("{value:.decimals$} {unit}")
 }
 
@@ -39,7 +43,11 @@ pub fn clock(seconds: f64) -> String {
     // No picture takes longer than what still fits.
     let s = seconds.clamp(0.0, 3.6e9) as u64;
     let (h, m, s) = (s / 3600, s / 60 % 60, s % 60);
-    if h > 0 { format!("{h}:{m:02}:{s:02}") } else { format!("{m}:{s:02}") }
+    if h > 0 {
+        format!("{h}:{m:02}:{s:02}")
+    } else {
+        format!("{m}:{s:02}")
+    }
 }
 
 /// Time that is left, or `-:--` while nobody knows.
@@ -83,23 +91,41 @@ mod tests {
     fn counts_are_grouped() {
         let shown = [0, 999, 1000, 1_234_567].map(|n| count(n).replace('\u{a0}', " "));
         assert_eq!(shown, ["0", "999", "1 000", "1 234 567"]);
-        assert_eq!([counted(1, "light"), counted(2, "light"), counted(2, "mesh")], ["1 light", "2 lights", "2 meshes"]);
+        assert_eq!(
+            [counted(1, "light"), counted(2, "light"), counted(2, "mesh")],
+            ["1 light", "2 lights", "2 meshes"]
+        );
     }
 
     #[test]
     fn rates_have_three_digits() {
-        assert_eq!([12.34e6, 1.0e6, 870e3, 0.0, 2.5e9, 123.4e6].map(rate), ["12.3 M", "1.00 M", "870 k", "0.00 k", "2.50 G", "123 M"]);
+        assert_eq!(
+            [12.34e6, 1.0e6, 870e3, 0.0, 2.5e9, 123.4e6].map(rate),
+            ["12.3 M", "1.00 M", "870 k", "0.00 k", "2.50 G", "123 M"]
+        );
     }
 
     #[test]
     fn times_are_clocks() {
-        assert_eq!([0.0, 7.9, 61.0, 3723.0, -1.0, f64::INFINITY].map(clock), ["0:00", "0:07", "1:01", "1:02:03", "0:00", "1000000:00:00"]);
-        assert_eq!([None, Some(0.2), Some(59.5)].map(eta), ["-:--", "0:01", "1:00"]);
+        assert_eq!(
+            [0.0, 7.9, 61.0, 3723.0, -1.0, f64::INFINITY].map(clock),
+            ["0:00", "0:07", "1:01", "1:02:03", "0:00", "1000000:00:00"]
+        );
+        assert_eq!(
+            [None, Some(0.2), Some(59.5)].map(eta),
+            ["-:--", "0:01", "1:00"]
+        );
     }
 
     #[test]
     fn shares_and_lengths_keep_their_digits() {
-        assert_eq!([0.5, 0.0123, 0.00123, 0.0].map(percent), ["50 %", "1.2 %", "0.12 %", "0.000 %"]);
-        assert_eq!([3.24159, 12.3456, 123.45, 1234.5, 0.0, 1e-5].map(length), ["3.242", "12.35", "123.4", "1234", "0.000", "1.00e-5"]);
+        assert_eq!(
+            [0.5, 0.0123, 0.00123, 0.0].map(percent),
+            ["50 %", "1.2 %", "0.12 %", "0.000 %"]
+        );
+        assert_eq!(
+            [3.24159, 12.3456, 123.45, 1234.5, 0.0, 1e-5].map(length),
+            ["3.242", "12.35", "123.4", "1234", "0.000", "1.00e-5"]
+        );
     }
 }

@@ -1,11 +1,11 @@
 //! The material of the selected object.
 
-use egui::{Slider, Ui};
+use egui::Ui;
 use glam::Vec3;
 use lightbox_core::scene::MaterialDesc;
 
 use super::color::color;
-use super::widgets::{RESTARTS, row, section};
+use super::widgets::{RESTARTS, row, section, slider};
 use crate::model::Model;
 use crate::session::Status;
 
@@ -32,7 +32,12 @@ pub fn material_ui(ui: &mut Ui, model: &mut Model, status: &Status) {
             ui.weak(&material.name);
         });
         if !others.is_empty() {
-            ui.add(egui::Label::new(egui::RichText::new(format!("also on {}", others.join(", "))).weak().small()).truncate());
+            ui.add(
+                egui::Label::new(
+                    egui::RichText::new(format!("also on {}", others.join(", "))).weak(),
+                )
+                .truncate(),
+            );
         }
         let mut edited = material.clone();
         surface(ui, &mut edited);
@@ -45,11 +50,23 @@ pub fn material_ui(ui: &mut Ui, model: &mut Model, status: &Status) {
 
 fn surface(ui: &mut Ui, material: &mut MaterialDesc) {
     ui.add_enabled_ui(material.glass.is_none(), |ui| {
-        color(ui, "Albedo", &format!("Share of light that is scattered. {RESTARTS}"), &mut material.albedo);
+        color(
+            ui,
+            "Albedo",
+            &format!("Share of light that is scattered. {RESTARTS}"),
+            &mut material.albedo,
+        );
         let tip = format!("From all diffuse (0) to all mirror (1). {RESTARTS}");
-        row(ui, "Mirror", &tip, |ui| ui.add(Slider::new(&mut material.mirror, 0.0..=1.0).fixed_decimals(2)));
+        row(ui, "Mirror", &tip, |ui| {
+            ui.add(strengths(&mut material.mirror, 0.0..=1.0).fixed_decimals(2))
+        });
         ui.add_enabled_ui(material.mirror > 0.0, |ui| {
-            color(ui, "Mirror color", &format!("Share of light that is mirrored. {RESTARTS}"), &mut material.mirror_color);
+            color(
+                ui,
+                "Mirror color",
+                &format!("Share of light that is mirrored. {RESTARTS}"),
+                &mut material.mirror_color,
+            );
         });
     });
     let mut is_glass = material.glass.is_some();
@@ -59,8 +76,11 @@ fn surface(ui: &mut Ui, material: &mut MaterialDesc) {
         material.glass = is_glass.then_some(WINDOW_GLASS);
     }
     if let Some(ior) = &mut material.glass {
-        let tip = format!("Index of refraction: water 1.33, window glass 1.5, diamond 2.4. {RESTARTS}");
-        row(ui, "Refraction", &tip, |ui| ui.add(Slider::new(ior, 1.0..=3.0).fixed_decimals(2)));
+        let tip =
+            format!("Index of refraction: water 1.33, window glass 1.5, diamond 2.4. {RESTARTS}");
+        row(ui, "Refraction", &tip, |ui| {
+            ui.add(strengths(ior, 1.0..=3.0).fixed_decimals(2))
+        });
     }
 }
 
@@ -75,14 +95,33 @@ fn emission(ui: &mut Ui, model: &mut Model, material: &mut MaterialDesc) {
     let before = strength;
     let tip = format!("Radiance that the front emits, W/(m²·sr). {RESTARTS}");
     row(ui, "Emission", &tip, |ui| {
-        let slider = Slider::new(&mut strength, 0.0..=STRONGEST).logarithmic(true).smallest_positive(0.01);
-        ui.add(slider.max_decimals(2).clamping(egui::SliderClamping::Never))
+        let strengths = slider(&mut strength, 0.0..=STRONGEST)
+            .logarithmic(true)
+            .smallest_positive(0.01);
+        ui.add(
+            strengths
+                .max_decimals(2)
+                .clamping(egui::SliderClamping::Never),
+        )
     });
-    let strength = if strength.is_finite() { strength.max(0.0) } else { before };
-    let recolored = color(ui, "Light color", &format!("Hue of the emission. {RESTARTS}"), &mut hue);
+    let strength = if strength.is_finite() {
+        strength.max(0.0)
+    } else {
+        before
+    };
+    let recolored = color(
+        ui,
+        "Light color",
+        &format!("Hue of the emission. {RESTARTS}"),
+        &mut hue,
+    );
     if strength != before || recolored {
         // Black has no hue; it would come back as white.
-        let hue = if hue.max_element() > 0.0 { hue / hue.max_element() } else { Vec3::ONE };
+        let hue = if hue.max_element() > 0.0 {
+            hue / hue.max_element()
+        } else {
+            Vec3::ONE
+        };
         material.emission = hue * strength;
         model.unlit = Some((material.name.clone(), hue));
     }

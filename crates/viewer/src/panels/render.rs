@@ -1,10 +1,10 @@
 //! How the picture is computed.
 
-use egui::{DragValue, Slider, Ui};
+use egui::{DragValue, Ui};
 use lightbox_core::settings::UNLIMITED;
 use lightbox_core::{AccelKind, Filter, FilterKind, Method, RenderSettings, SamplerKind};
 
-use super::widgets::{RESTARTS, choice, labelled, row, section};
+use super::widgets::{RESTARTS, choice, labelled, row, section, slider};
 use crate::model::{Model, PictureSize};
 
 /// Most samples the slider offers; more can be typed.
@@ -20,14 +20,20 @@ pub fn render_ui(ui: &mut Ui, model: &mut Model) {
         samples(ui, settings);
         depth(ui, settings);
         filter(ui, settings);
-        let tip = format!("How paths find light: naive samples surfaces, nee lights, mis both. {RESTARTS}");
+        let tip = format!(
+            "How paths find light: naive samples surfaces, nee lights, mis both. {RESTARTS}"
+        );
         choice(ui, "Method", &tip, &mut settings.method, Method::ALL);
         let tip = "How rays find surfaces. Changes the speed only. Builds in the background.";
         choice(ui, "Accelerator", tip, &mut settings.accel, AccelKind::ALL);
-        let tip = format!("Where the random numbers come from: sobol is even, independent is not. {RESTARTS}");
+        let tip = format!(
+            "Where the random numbers come from: sobol is even, independent is not. {RESTARTS}"
+        );
         choice(ui, "Sampler", &tip, &mut settings.sampler, SamplerKind::ALL);
         let tip = format!("Chooses the random numbers. {RESTARTS}");
-        row(ui, "Seed", &tip, |ui| ui.add(DragValue::new(&mut settings.seed).speed(0.1)));
+        row(ui, "Seed", &tip, |ui| {
+            ui.add(DragValue::new(&mut settings.seed).speed(0.1))
+        });
         size(ui, model);
     });
 }
@@ -35,29 +41,42 @@ pub fn render_ui(ui: &mut Ui, model: &mut Model) {
 fn samples(ui: &mut Ui, settings: &mut RenderSettings) {
     let tip = "Samples per pixel at which the picture is done. Keeps the samples.";
     row(ui, "Samples", tip, |ui| {
-        let slider = Slider::new(&mut settings.samples, SAMPLES).logarithmic(true);
-        ui.add(slider.clamping(egui::SliderClamping::Never))
+        let counts = slider(&mut settings.samples, SAMPLES).logarithmic(true);
+        ui.add(counts.clamping(egui::SliderClamping::Never))
     });
     // Typed numbers are not clamped by the slider.
     settings.samples = settings.samples.max(1);
 }
 
 fn depth(ui: &mut Ui, settings: &mut RenderSettings) {
-    let tip = format!("Most segments of a path: 1 sees lights only, 2 adds direct light. {RESTARTS}");
+    let tip =
+        format!("Most segments of a path: 1 sees lights only, 2 adds direct light. {RESTARTS}");
     let mut unlimited = settings.depth == UNLIMITED;
     row(ui, "Depth", &tip, |ui| {
-        let mut shown = settings.depth.min(*DEPTHS.end());
-        let slider = Slider::new(&mut shown, DEPTHS).logarithmic(true);
-        let response = ui.add_enabled(!unlimited, slider);
+        // Unlimited is the end of the scale, not a number.
+        let mut shown = if unlimited {
+            *DEPTHS.end()
+        } else {
+            settings.depth
+        };
+        let depths = slider(&mut shown, DEPTHS).logarithmic(true);
+        let response = ui.add_enabled(!unlimited, depths);
         if response.changed() {
             settings.depth = shown;
         }
         response
     });
     let tip = format!("Paths end by chance and by leaving the scene only. {RESTARTS}");
-    let checkbox = labelled(ui, "", "", |ui| ui.checkbox(&mut unlimited, "Unlimited depth").on_hover_text(tip));
+    let checkbox = labelled(ui, "", "", |ui| {
+        ui.checkbox(&mut unlimited, "Unlimited depth")
+            .on_hover_text(tip)
+    });
     if checkbox.changed() {
-        settings.depth = if unlimited { UNLIMITED } else { RenderSettings::default().depth };
+        settings.depth = if unlimited {
+            UNLIMITED
+        } else {
+            RenderSettings::default().depth
+        };
     }
 }
 
@@ -65,28 +84,42 @@ fn filter(ui: &mut Ui, settings: &mut RenderSettings) {
     let tip = format!("How samples near a pixel are weighted: wider is smoother. {RESTARTS}");
     let mut kind = settings.filter.kind;
     labelled(ui, "Filter", &tip, |ui| {
-        let combo = egui::ComboBox::from_id_salt("filter").selected_text(kind.name()).width(ui.available_width());
+        let combo = egui::ComboBox::from_id_salt("filter")
+            .selected_text(kind.name())
+            .width(ui.available_width());
         let response = combo.show_ui(ui, |ui| {
             for variant in FilterKind::ALL {
                 ui.selectable_value(&mut kind, variant, variant.name());
             }
         });
-        response.response.on_hover_text(&tip).accessible_name("Filter");
+        response
+            .response
+            .on_hover_text(&tip)
+            .accessible_name("Filter");
     });
     if kind != settings.filter.kind {
         settings.filter = Filter::new(kind);
     }
     let tip = format!("Half of the filter's width. {RESTARTS}");
     row(ui, "Radius", &tip, |ui| {
-        ui.add(Slider::new(&mut settings.filter.radius, Filter::RADII).step_by(0.1).fixed_decimals(1).suffix(" px"))
+        ui.add(
+            slider(&mut settings.filter.radius, Filter::RADII)
+                .step_by(0.1)
+                .fixed_decimals(1)
+                .suffix(" px"),
+        )
     });
 }
 
 fn size(ui: &mut Ui, model: &mut Model) {
-    let tip = format!("Pixels of the picture: those of its place in the window, or what the file says. {RESTARTS}");
+    let tip = format!(
+        "Pixels of the picture: those of its place in the window, or what the file says. {RESTARTS}"
+    );
     labelled(ui, "Size", &tip, |ui| {
         ui.spacing_mut().item_spacing.x = 2.0;
-        ui.selectable_value(&mut model.size, PictureSize::FitWindow, "fit window").on_hover_text(&tip);
-        ui.selectable_value(&mut model.size, PictureSize::AsInFile, "as in file").on_hover_text(&tip);
+        ui.selectable_value(&mut model.size, PictureSize::FitWindow, "fit window")
+            .on_hover_text(&tip);
+        ui.selectable_value(&mut model.size, PictureSize::AsInFile, "as in file")
+            .on_hover_text(&tip);
     });
 }

@@ -18,7 +18,11 @@ pub fn scene_ui(ui: &mut Ui, model: &mut Model, status: &Status, actions: &mut V
         chooser(ui, status, actions);
         buttons(ui, status, actions);
         if let Some((what, phase)) = &status.loading {
-            ui.label(format!("Opening {}: {}", scene_name(what.as_ref()), phase_text(*phase)));
+            ui.label(format!(
+                "Opening {}: {}",
+                scene_name(what.as_ref()),
+                phase_text(*phase)
+            ));
         }
         let Some(scene) = &status.scene else { return };
         ui.add(egui::Label::new(census(scene)).wrap());
@@ -28,30 +32,50 @@ pub fn scene_ui(ui: &mut Ui, model: &mut Model, status: &Status, actions: &mut V
 }
 
 fn chooser(ui: &mut Ui, status: &Status, actions: &mut Vec<Action>) {
-    let path = status.scene.as_ref().map(|s| s.path().to_owned()).unwrap_or_default();
-    labelled(ui, "Scene", "Scenes that come with lightbox, and the one that is open.", |ui| {
-        let combo = egui::ComboBox::from_id_salt("scenes")
-            .selected_text(scene_name(&path))
-            .width(ui.available_width())
-            .truncate();
-        let response = combo.show_ui(ui, |ui| {
-            for name in BUILTIN {
-                let choice = PathBuf::from(name);
-                if ui.selectable_label(choice == path, scene_name(&choice)).clicked() {
-                    actions.push(Action::OpenPath(choice));
+    let path = status
+        .scene
+        .as_ref()
+        .map(|s| s.path().to_owned())
+        .unwrap_or_default();
+    labelled(
+        ui,
+        "Scene",
+        "Scenes that come with lightbox, and the one that is open.",
+        |ui| {
+            let combo = egui::ComboBox::from_id_salt("scenes")
+                .selected_text(scene_name(&path))
+                .width(ui.available_width())
+                .truncate();
+            let response = combo.show_ui(ui, |ui| {
+                for name in BUILTIN {
+                    let choice = PathBuf::from(name);
+                    if ui
+                        .selectable_label(choice == path, scene_name(&choice))
+                        .clicked()
+                    {
+                        actions.push(Action::OpenPath(choice));
+                    }
                 }
-            }
-        });
-        response.response.accessible_name("Scene");
-    });
+            });
+            response.response.accessible_name("Scene");
+        },
+    );
 }
 
 fn buttons(ui: &mut Ui, status: &Status, actions: &mut Vec<Action>) {
     ui.horizontal(|ui| {
         let all = [
-            ("Open…", Action::Open, "A .toml scene or an .obj mesh; or drop one on the window."),
+            (
+                "Open…",
+                Action::Open,
+                "A .toml scene or an .obj mesh; or drop one on the window.",
+            ),
             ("Save PNG…", Action::SavePng, "The picture as shown."),
-            ("Save EXR…", Action::SaveExr, "Linear light in 32-bit floats."),
+            (
+                "Save EXR…",
+                Action::SaveExr,
+                "Linear light in 32-bit floats.",
+            ),
         ];
         for (text, action, tip) in all {
             let ready = action == Action::Open || status.samples > 0;
@@ -67,7 +91,10 @@ fn buttons(ui: &mut Ui, status: &Status, actions: &mut Vec<Action>) {
 fn phase_text(phase: Phase) -> String {
     match phase {
         Phase::Reading => "reading".into(),
-        Phase::BuildingAccelerator(n) => format!("building the accelerator, {}", counted(n as u64, "primitive")),
+        Phase::BuildingAccelerator(n) => format!(
+            "building the accelerator, {}",
+            counted(n as u64, "primitive")
+        ),
         Phase::Ready => "ready".into(),
     }
 }
@@ -80,19 +107,26 @@ fn census(scene: &Scene) -> String {
         (primitives.quads.len(), "quad"),
         (primitives.spheres.len(), "sphere"),
     ];
-    let mut parts: Vec<String> =
-        kinds.iter().filter(|(n, _)| *n > 0).map(|(n, noun)| counted(*n as u64, noun)).collect();
+    let mut parts: Vec<String> = kinds
+        .iter()
+        .filter(|(n, _)| *n > 0)
+        .map(|(n, noun)| counted(*n as u64, noun))
+        .collect();
     if parts.is_empty() {
         parts.push("empty".into());
     }
     parts.push(counted(scene.lights().len() as u64, "light"));
-    parts.push(format!("size {}", length(scene.geometry().bounds().diagonal())));
+    parts.push(format!(
+        "size {}",
+        length(scene.geometry().bounds().diagonal())
+    ));
     parts.join(", ")
 }
 
 fn warnings(ui: &mut Ui, scene: &Scene) {
     for warning in scene.warnings() {
-        let text = egui::RichText::new(format!("Warning: {warning}")).color(ui.visuals().warn_fg_color);
+        let text =
+            egui::RichText::new(format!("Warning: {warning}")).color(ui.visuals().warn_fg_color);
         ui.add(egui::Label::new(text).wrap());
     }
 }
@@ -100,17 +134,26 @@ fn warnings(ui: &mut Ui, scene: &Scene) {
 fn objects(ui: &mut Ui, model: &mut Model, scene: &Scene) {
     let objects = scene.objects();
     let title = format!("Objects ({})", count(objects.len() as u64));
-    egui::CollapsingHeader::new(title).id_salt("objects").show(ui, |ui| {
-        let height = ui.text_style_height(&egui::TextStyle::Button) + 2.0 * ui.spacing().button_padding.y;
-        let list = egui::ScrollArea::vertical().id_salt("object list").max_height(160.0).auto_shrink([false, true]);
-        // Only rows in view are made: a scene may have very many objects.
-        list.show_rows(ui, height, objects.len(), |ui, rows| {
-            for object in &objects[rows] {
-                let is_selected = model.selection.is_some_and(|s| s.kind == object.kind);
-                if ui.selectable_label(is_selected, &object.label).clicked() {
-                    model.selection = Some(Selection { kind: object.kind, part: 0 });
+    egui::CollapsingHeader::new(title)
+        .id_salt("objects")
+        .show(ui, |ui| {
+            let height = ui.text_style_height(&egui::TextStyle::Button)
+                + 2.0 * ui.spacing().button_padding.y;
+            let list = egui::ScrollArea::vertical()
+                .id_salt("object list")
+                .max_height(160.0)
+                .auto_shrink([false, true]);
+            // Only rows in view are made: a scene may have very many objects.
+            list.show_rows(ui, height, objects.len(), |ui, rows| {
+                for object in &objects[rows] {
+                    let is_selected = model.selection.is_some_and(|s| s.kind == object.kind);
+                    if ui.selectable_label(is_selected, &object.label).clicked() {
+                        model.selection = Some(Selection {
+                            kind: object.kind,
+                            part: 0,
+                        });
+                    }
                 }
-            }
+            });
         });
-    });
 }

@@ -1,6 +1,6 @@
 //! The line at the bottom: what is going on, how far, how fast, how good.
 
-use egui::{Layout, ProgressBar, Ui};
+use egui::{Align, Layout, ProgressBar, Ui};
 
 use super::format::{clock, count, eta, percent, rate};
 use crate::keys::{self, Action};
@@ -8,25 +8,43 @@ use crate::session::{Activity, Status};
 
 /// Pause, progress and figures.
 pub fn status_bar_ui(ui: &mut Ui, status: &Status, actions: &mut Vec<Action>) {
-    ui.horizontal_centered(|ui| {
-        pause(ui, status.activity, actions);
-        progress(ui, status);
-        figures(ui, status);
-        ui.with_layout(Layout::right_to_left(egui::Align::Center), |ui| {
-            let tip = format!("All keys and gestures ({})", keys::text(ui.ctx(), &Action::Help));
-            if ui.button("?").on_hover_text(tip).accessible_name("Keys").clicked() {
-                actions.push(Action::Help);
-            }
+    // From the right, so that a narrow window cuts figures and not the way to help.
+    ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+        let tip = format!(
+            "All keys and gestures ({})",
+            keys::text(ui.ctx(), &Action::Help)
+        );
+        if ui
+            .button("?")
+            .on_hover_text(tip)
+            .accessible_name("Keys")
+            .clicked()
+        {
+            actions.push(Action::Help);
+        }
+        ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
+            ui.shrink_clip_rect(ui.max_rect());
+            pause(ui, status.activity, actions);
+            progress(ui, status);
+            figures(ui, status);
         });
     });
 }
 
 fn pause(ui: &mut Ui, activity: Activity, actions: &mut Vec<Action>) {
-    let text = if activity == Activity::Paused { "Resume" } else { "Pause" };
+    let text = if activity == Activity::Paused {
+        "Resume"
+    } else {
+        "Pause"
+    };
     let can = matches!(activity, Activity::Rendering | Activity::Paused);
     // Wide enough for either word: what follows must not jump.
     let button = egui::Button::new(text).min_size(egui::vec2(64.0, 0.0));
-    if ui.add_enabled(can, button).on_hover_text("Samples are kept. (Space)").clicked() {
+    if ui
+        .add_enabled(can, button)
+        .on_hover_text("Samples are kept. (Space)")
+        .clicked()
+    {
         actions.push(Action::Pause);
     }
     let state = match activity {
@@ -35,14 +53,26 @@ fn pause(ui: &mut Ui, activity: Activity, actions: &mut Vec<Action>) {
         Activity::Paused => "PAUSED",
         Activity::Done => "DONE",
     };
-    ui.add_sized([84.0, ui.spacing().interact_size.y], egui::Label::new(egui::RichText::new(state).strong()));
+    ui.add_sized(
+        [84.0, ui.spacing().interact_size.y],
+        egui::Label::new(egui::RichText::new(state).strong()),
+    );
 }
 
 fn progress(ui: &mut Ui, status: &Status) {
     let target = status.desc.render.samples.max(1);
     let share = status.samples as f32 / target as f32;
-    ui.add(ProgressBar::new(share).desired_width(100.0).desired_height(8.0)).accessible_name("Progress");
-    figure(ui, "Samples per pixel: taken / wanted.", format!("{} / {} spp", count(status.samples), count(target)));
+    ui.add(
+        ProgressBar::new(share)
+            .desired_width(100.0)
+            .desired_height(8.0),
+    )
+    .accessible_name("Progress");
+    figure(
+        ui,
+        "Samples per pixel: taken / wanted.",
+        format!("{} / {} spp", count(status.samples), count(target)),
+    );
 }
 
 fn figures(ui: &mut Ui, status: &Status) {
@@ -50,10 +80,18 @@ fn figures(ui: &mut Ui, status: &Status) {
         Activity::Done => String::new(),
         _ => format!("  {} left", eta(status.eta)),
     };
-    figure(ui, "Time spent tracing, and time left at the speed so far.", format!("{}{left}", clock(status.seconds)));
+    figure(
+        ui,
+        "Time spent tracing, and time left at the speed so far.",
+        format!("{}{left}", clock(status.seconds)),
+    );
     if status.seconds > 0.0 {
         let threads = format!("Rays per second of tracing, on {} threads.", status.threads);
-        figure(ui, &threads, format!("{}ray/s", rate(status.rays as f64 / status.seconds)));
+        figure(
+            ui,
+            &threads,
+            format!("{}ray/s", rate(status.rays as f64 / status.seconds)),
+        );
     }
     let noise = status.noise.map_or_else(|| "-".into(), percent);
     figure(
@@ -68,10 +106,19 @@ fn figures(ui: &mut Ui, status: &Status) {
         label.on_hover_text("Samples that were not numbers. They are left out of the picture.");
     }
     let size = &status.desc.render;
-    figure(ui, "Pixels of the picture.", format!("{} × {} px", size.width, size.height));
+    figure(
+        ui,
+        "Pixels of the picture.",
+        format!("{} × {} px", size.width, size.height),
+    );
 }
 
 fn figure(ui: &mut Ui, tip: &str, text: String) {
     ui.separator();
-    ui.add(egui::Label::new(text).selectable(false).wrap_mode(egui::TextWrapMode::Extend)).on_hover_text(tip);
+    ui.add(
+        egui::Label::new(text)
+            .selectable(false)
+            .wrap_mode(egui::TextWrapMode::Extend),
+    )
+    .on_hover_text(tip);
 }

@@ -2,8 +2,10 @@
 //! right, and a tooltip that says what a change costs.
 
 use std::fmt::Display;
+use std::ops::RangeInclusive;
 
-use egui::{Response, Ui};
+use egui::emath::Numeric;
+use egui::{Response, Slider, SliderClamping, Ui};
 
 /// End of tooltips of what is applied to the samples there are.
 pub const KEEPS: &str = "Keeps the samples.";
@@ -19,7 +21,9 @@ const NUMBERS: f32 = 62.0;
 
 /// A section of the side panel that can be folded away.
 pub fn section(ui: &mut Ui, title: &str, open: bool, add: impl FnOnce(&mut Ui)) {
-    let header = egui::CollapsingHeader::new(egui::RichText::new(title).strong()).id_salt(title).default_open(open);
+    let header = egui::CollapsingHeader::new(egui::RichText::new(title).strong())
+        .id_salt(title)
+        .default_open(open);
     header.show_unindented(ui, |ui| {
         ui.add_space(2.0);
         add(ui);
@@ -27,11 +31,20 @@ pub fn section(ui: &mut Ui, title: &str, open: bool, add: impl FnOnce(&mut Ui)) 
     });
 }
 
+/// A slider that neither rounds nor clamps what it only shows: looking at a file is no edit.
+pub fn slider<N: Numeric>(value: &mut N, range: RangeInclusive<N>) -> Slider<'_> {
+    Slider::new(value, range).clamping(SliderClamping::Edits)
+}
+
 /// A named control with a tooltip.
 pub fn row(ui: &mut Ui, name: &str, tip: &str, add: impl FnOnce(&mut Ui) -> Response) -> Response {
     labelled(ui, name, tip, |ui| {
         let response = add(ui);
-        let response = if tip.is_empty() { response } else { response.on_hover_text(tip) };
+        let response = if tip.is_empty() {
+            response
+        } else {
+            response.on_hover_text(tip)
+        };
         response.accessible_name(name)
     })
 }
@@ -50,18 +63,26 @@ pub fn labelled<R>(ui: &mut Ui, name: &str, tip: &str, add: impl FnOnce(&mut Ui)
         });
         // All number fields are equally wide; sliders take what is left.
         ui.spacing_mut().interact_size.x = NUMBERS;
-        ui.spacing_mut().slider_width = (ui.available_width() - NUMBERS - ui.spacing().item_spacing.x).max(60.0);
+        ui.spacing_mut().slider_width =
+            (ui.available_width() - NUMBERS - ui.spacing().item_spacing.x).max(60.0);
         add(ui)
     })
     .inner
 }
 
 /// All choices side by side; one click takes one.
-pub fn choice<T: Copy + PartialEq + Display>(ui: &mut Ui, name: &str, tip: &str, value: &mut T, all: &[T]) {
+pub fn choice<T: Copy + PartialEq + Display>(
+    ui: &mut Ui,
+    name: &str,
+    tip: &str,
+    value: &mut T,
+    all: &[T],
+) {
     labelled(ui, name, tip, |ui| {
         ui.spacing_mut().item_spacing.x = 2.0;
         for variant in all {
-            ui.selectable_value(value, *variant, variant.to_string()).on_hover_text(tip);
+            ui.selectable_value(value, *variant, variant.to_string())
+                .on_hover_text(tip);
         }
     });
 }

@@ -13,8 +13,9 @@ fn listens(pid: u32) -> bool {
     const SIGINT: u64 = 2;
     let status = std::fs::read_to_string(format!("/proc/{pid}/status")).unwrap_or_default();
     let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:"));
-    caught
-        .is_some_and(|mask| u64::from_str_radix(mask.trim(), 16).unwrap() >> (SIGINT - 1) & 1 == 1)
+    caught.is_some_and(|mask| {
+        u64::from_str_radix(mask.trim(), 16).expect("hexadecimal") >> (SIGINT - 1) & 1 == 1
+    })
 }
 
 #[test]

@@ -86,7 +86,8 @@ impl Folder {
     fn files(&self) -> Vec<String> {
         let entries = std::fs::read_dir(self.0.path()).expect("the folder");
         let mut names: Vec<_> = entries
-            .map(|e| e.unwrap().file_name().into_string().unwrap())
+            .map(|entry| entry.expect("an entry").file_name())
+            .map(|name| name.into_string().expect("UTF-8"))
             .collect();
         names.sort();
         names
@@ -107,14 +108,16 @@ fn replay_line(path: &Path) -> String {
     };
     if path.extension().is_some_and(|e| e == "png") {
         let chunk = find(b"iTXtlightbox\0");
-        let length = u32::from_be_bytes(bytes[chunk - 4..chunk].try_into().unwrap()) as usize;
+        let length = bytes[chunk - 4..chunk].try_into().expect("4 bytes");
+        let length = u32::from_be_bytes(length) as usize;
         // Key, compression flag and method, language, translated key; each text ends with a zero.
         let head = b"lightbox\0\0\0\0\0".len();
         between(chunk + 4 + head, length - head)
     } else {
         let head = b"lightbox\0string\0";
         let size = find(head) + head.len();
-        let length = u32::from_le_bytes(bytes[size..size + 4].try_into().unwrap()) as usize;
+        let length = bytes[size..size + 4].try_into().expect("4 bytes");
+        let length = u32::from_le_bytes(length) as usize;
         between(size + 4, length)
     }
 }
@@ -129,7 +132,7 @@ fn replay(line: &str, output: &Path) {
         .args(["-c", &script, env!("CARGO_BIN_EXE_lightbox")])
         .arg(output)
         .output()
-        .unwrap();
+        .expect("a shell");
     assert!(replay.status.success(), "{line}\n{}", stderr(&replay));
 }
 

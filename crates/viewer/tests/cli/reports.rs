@@ -79,14 +79,14 @@ fn scenes_are_found_by_file_and_by_bare_name() {
 
 #[test]
 fn the_report_of_render_is_complete() {
-    let options = "--size 8x6 --spp 4 --depth unlimited --filter gaussian:1.25 --method nee --accel brute --sampler independent --seed 7 --threads 2";
+    let options = "--size 8x6 --spp 4 --depth unlimited --filter gaussian:1.25 --method nee --accel brute --sampler independent --seed 7 --threads 3";
     let words = ["render", "cornell-box", "--json"]
         .into_iter()
         .chain(options.split_whitespace());
     let report = json(words);
     let fixed = serde_json::json!({
         "scene": "builtin:cornell-box.toml", "output": null, "width": 8, "height": 6, "spp": 4, "paths": 8 * 6 * 4,
-        "invalid_samples": 0, "stopped_by": "spp", "threads": 2, "method": "nee", "accel": "brute", "sampler": "independent",
+        "invalid_samples": 0, "stopped_by": "spp", "threads": 3, "method": "nee", "accel": "brute", "sampler": "independent",
         "filter": "gaussian:1.25", "depth": "unlimited", "seed": 7,
     });
     for (key, value) in fixed.as_object().unwrap() {

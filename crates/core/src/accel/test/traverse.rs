@@ -181,7 +181,12 @@ fn v06_v07_rays_without_meaning_visit_nothing() {
         }
     }
     for t_max in [0.0, -0.0, -1.0, f32::NEG_INFINITY, f32::NAN] {
-        bad.push(Ray { t_max, ..ray });
+        let inside = triangles[40][0];
+        bad.extend([ray.origin, inside].map(|origin| Ray {
+            origin,
+            t_max,
+            ..ray
+        }));
     }
     for ray in bad {
         tree.walk(&ray, |_, _| panic!("visited by {ray:?}"));
