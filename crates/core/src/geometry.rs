@@ -76,14 +76,22 @@ impl SurfacePoint {
     pub fn of_triangle(triangle: [Vec3; 3], b: [f32; 2]) -> Self {
         let [v0, v1, v2] = triangle;
         let (p, p_err) = interpolate(triangle, b);
-        Self { p, p_err, n: unit_normal(v1 - v0, v2 - v0) }
+        Self {
+            p,
+            p_err,
+            n: unit_normal(v1 - v0, v2 - v0),
+        }
     }
 
     /// The point (u, v) of a quad.
     pub fn of_quad(quad: &Quad, u: f32, v: f32) -> Self {
         let (triangle, b) = quad.triangle_at(u, v);
         let (p, p_err) = interpolate(triangle, b);
-        Self { p, p_err, n: quad.normal() }
+        Self {
+            p,
+            p_err,
+            n: quad.normal(),
+        }
     }
 
     /// The point of a sphere next to `p`.

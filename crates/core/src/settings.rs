@@ -13,6 +13,9 @@ pub const UNLIMITED: u32 = u32::MAX;
 /// Largest width or height of a picture, pixels.
 pub const MAX_SIZE: u32 = 16_384;
 
+/// Largest number of pixels of a picture: its film then takes about 8 GB.
+pub const MAX_PIXELS: u64 = 1 << 26;
+
 /// How a scene is rendered. The image is a pure function of scene, camera and these.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
@@ -61,6 +64,13 @@ impl RenderSettings {
             if !(1..=MAX_SIZE).contains(&value) {
                 return Some(format!("{name} is {value}; use 1 to {MAX_SIZE} pixels"));
             }
+        }
+        if u64::from(self.width) * u64::from(self.height) > MAX_PIXELS {
+            let megapixels = MAX_PIXELS >> 20;
+            return Some(format!(
+                "{}x{} is too large; use at most {megapixels} megapixels",
+                self.width, self.height
+            ));
         }
         if self.samples == 0 {
             return Some("samples is 0; use at least 1".into());

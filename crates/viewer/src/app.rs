@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use egui::{CentralPanel, Color32, Context, Frame, Panel, ScrollArea, Ui, ViewportCommand};
+use egui::{CentralPanel, Color32, Context, Frame, Margin, Panel, ScrollArea, Ui, ViewportCommand};
 use lightbox_core::scene::BUILTIN;
 use lightbox_core::{SceneDesc, color::ToneMap};
 
@@ -254,10 +254,9 @@ impl App {
             self.sent.1 = self.model.tone;
             self.session.set_tone(self.model.tone);
         }
-        // An edit belongs to the file it was made in, which another may have replaced just now.
-        if self.model.desc != self.sent.0 && self.session.status().opened == self.opened {
+        if self.model.desc != self.sent.0 {
             self.sent.0 = self.model.desc.clone();
-            self.session.edit(self.model.desc.clone());
+            self.session.edit(self.opened, self.model.desc.clone());
         }
     }
 }
@@ -283,15 +282,21 @@ impl eframe::App for App {
             .default_size(310.0)
             .size_range(270.0..=480.0)
             .show(ui, |ui| {
-                // Room for the bar, which else lies over the numbers.
-                ui.spacing_mut().scroll.floating_allocated_width = 8.0;
                 ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
-                    let model = &mut self.model;
-                    panels::scene_ui(ui, model, &status, &mut actions);
-                    panels::render_ui(ui, model);
-                    panels::display_ui(ui, model);
-                    panels::material_ui(ui, model, &status);
-                    panels::camera_ui(ui, model, &status, &mut actions);
+                    // Always room for the bar: if the panel grew with it, the picture would
+                    // shrink and start anew.
+                    let margin = Margin {
+                        right: 8,
+                        ..Margin::ZERO
+                    };
+                    Frame::new().inner_margin(margin).show(ui, |ui| {
+                        let model = &mut self.model;
+                        panels::scene_ui(ui, model, &status, &mut actions);
+                        panels::render_ui(ui, model);
+                        panels::display_ui(ui, model);
+                        panels::material_ui(ui, model, &status);
+                        panels::camera_ui(ui, model, &status, &mut actions);
+                    });
                 });
             });
         CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {

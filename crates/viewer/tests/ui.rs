@@ -279,10 +279,18 @@ fn looking_is_not_editing() {
                 .get_by_role_and_label(Role::ColorWell, name)
                 .click();
             window.harness.run_steps(3);
+            assert!(
+                window
+                    .harness
+                    .query_all_by_label("Saturation")
+                    .next()
+                    .is_some(),
+                "{name} opens its list"
+            );
             window.key(Modifiers::NONE, Key::Escape);
+            assert!(window.harness.state().model().selection.is_some());
         }
     }
-    assert!(window.harness.state().model().selection.is_some());
     assert_eq!(window.harness.state().model().desc, opened);
 }
 
@@ -508,6 +516,32 @@ fn a_dark_scene_gets_a_lamp_by_one_click() {
     );
     let sum: u64 = window.snapshot().rgb.iter().map(|v| u64::from(*v)).sum();
     assert!(sum / 3600 > 20, "the picture is dark: {sum}");
+}
+
+#[test]
+fn the_panel_does_not_push_the_picture() {
+    let mut window = Window::open(SCENE);
+    window.click("fit window");
+    // As high as the panel before an object is selected, and less than after.
+    let camera = window
+        .harness
+        .get_by_role_and_label(Role::DisclosureTriangle, "Camera");
+    let height = camera.rect().bottom() + 60.0;
+    window.harness.set_size(Vec2::new(620.0, height));
+    window.harness.run_steps(20);
+    let width = |w: &Window| w.harness.state().model().desc.render.width;
+    let before = width(&window);
+    assert!(before > 100);
+    window.click_at(window.at(0.5, 0.5));
+    assert!(window.harness.state().model().selection.is_some());
+    for section in ["Camera", "Objects (3)"] {
+        window
+            .harness
+            .get_by_role_and_label(Role::DisclosureTriangle, section)
+            .click();
+        window.harness.run_steps(20);
+        assert_eq!(width(&window), before, "{section}");
+    }
 }
 
 #[test]

@@ -8,7 +8,7 @@ use glam::Vec2;
 
 use super::desc::{MaterialDesc, SceneDesc};
 use super::error::SceneError;
-use super::{MeshCache, Object, ObjectKind, load, place};
+use super::{MeshCache, Object, ObjectKind, builtin, load, place};
 use crate::color::luminance;
 use crate::geometry::Primitives;
 use crate::light::Lights;
@@ -18,37 +18,6 @@ use crate::texture::Texture;
 
 /// Name of the material of mesh faces that name none.
 const DEFAULT_MATERIAL: &str = "default";
-
-/// Whether two descriptions have the same primitives under the same accelerator.
-pub(super) fn same_shapes(a: &SceneDesc, b: &SceneDesc) -> bool {
-    let same = |a: &SceneDesc, b: &SceneDesc| {
-        a.spheres
-            .iter()
-            .map(|s| (s.center, s.radius))
-            .eq(b.spheres.iter().map(|s| (s.center, s.radius)))
-            && a.quads
-                .iter()
-                .map(|q| q.corners)
-                .eq(b.quads.iter().map(|q| q.corners))
-            && a.meshes
-                .iter()
-                .map(mesh_shape)
-                .eq(b.meshes.iter().map(mesh_shape))
-    };
-    a.render.accel == b.render.accel && same(a, b)
-}
-
-fn mesh_shape(m: &super::MeshDesc) -> impl PartialEq {
-    // The number of slots depends on whether the mesh has one material or its file's own.
-    (
-        m.file.clone(),
-        m.boulder,
-        m.scale.to_bits(),
-        m.rotate,
-        m.translate,
-        m.material.is_some(),
-    )
-}
 
 /// The primitives and which object and slot they belong to.
 pub(super) fn primitives(desc: &SceneDesc, meshes: &MeshCache) -> (Primitives, Vec<Object>) {
@@ -148,7 +117,6 @@ pub(super) fn materials(
     objects: &[Object],
     textures: &mut Textures,
 ) -> Result<(Vec<String>, Vec<Material>), SceneError> {
-    let folder = path.parent().unwrap_or(Path::new(""));
     let mut names = Vec::new();
     let mut materials = Vec::new();
     let mut add = |name: String, fallback: Option<&MaterialDesc>| -> Result<(), SceneError> {
@@ -160,12 +128,16 @@ pub(super) fn materials(
             .unwrap_or(&unnamed);
         let texture =
             match &material.texture {
-                Some(file) => Some(textures.get(&folder.join(file)).map_err(
-                    |e| match from_scene {
-                        Some(i) => SceneError::at_place("material", i, "texture", e.to_string()),
-                        None => e,
-                    },
-                )?),
+                Some(file) => {
+                    Some(textures.get(&builtin::beside(path, file)).map_err(
+                        |e| match from_scene {
+                            Some(i) => {
+                                SceneError::at_place("material", i, "texture", e.to_string())
+                            }
+                            None => e,
+                        },
+                    )?)
+                }
                 None => None,
             };
         materials.push(Material {

@@ -1,6 +1,6 @@
 //! Scenes inside the binary: they open with no file at hand, from any folder.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// What paths of built-in files begin with.
 const PREFIX: &str = "builtin:";
@@ -43,4 +43,12 @@ pub(super) fn get(path: &Path) -> Option<&'static [u8]> {
         .iter()
         .find(|(file, _)| *file == name)
         .map(|(_, bytes)| *bytes)
+}
+
+/// The path of `file` as named in the scene at `path`: relative to its folder.
+pub(super) fn beside(path: &Path, file: &Path) -> PathBuf {
+    if path.to_str().is_some_and(|p| p.starts_with(PREFIX)) {
+        return format!("{PREFIX}{}", file.display()).into();
+    }
+    path.with_file_name("").join(file)
 }

@@ -33,6 +33,26 @@ pub struct SceneDesc {
 }
 
 impl SceneDesc {
+    /// Whether both have the same shapes in the same places under the same accelerator.
+    pub fn same_shapes(&self, other: &Self) -> bool {
+        let spheres = |d: &Self| {
+            d.spheres
+                .iter()
+                .map(|s| (s.center, s.radius))
+                .collect::<Vec<_>>()
+        };
+        let quads = |d: &Self| d.quads.iter().map(|q| q.corners).collect::<Vec<_>>();
+        self.render.accel == other.render.accel
+            && spheres(self) == spheres(other)
+            && quads(self) == quads(other)
+            && self.meshes.len() == other.meshes.len()
+            && self
+                .meshes
+                .iter()
+                .zip(&other.meshes)
+                .all(|(a, b)| a.same_shape(b))
+    }
+
     /// Whether each shape refers to a material of the same name as in `other`.
     pub fn same_assignments(&self, other: &Self) -> bool {
         self.spheres
@@ -168,6 +188,16 @@ pub struct MeshDesc {
     /// Translation, scene units.
     #[serde(default)]
     pub translate: Vec3,
+}
+
+impl MeshDesc {
+    fn same_shape(&self, other: &Self) -> bool {
+        // The number of slots depends on whether the mesh has one material or its file's own.
+        let source = |m: &Self| (m.file.clone(), m.boulder, m.material.is_some());
+        source(self) == source(other)
+            && (self.scale, self.rotate, self.translate)
+                == (other.scale, other.rotate, other.translate)
+    }
 }
 
 fn one() -> f32 {

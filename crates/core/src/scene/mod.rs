@@ -105,7 +105,7 @@ impl Scene {
 
     /// Whether [`Scene::edit`] to `desc` needs a new accelerator, and so may take long.
     pub fn rebuilds_for(&self, desc: &SceneDesc) -> bool {
-        !assemble::same_shapes(&self.desc, desc)
+        !self.desc.same_shapes(desc)
     }
 
     /// The same scene with an edited description. What the edit did not touch is shared: only
@@ -329,7 +329,7 @@ impl MeshCache {
             let ready = match (self.get(mesh), &mesh.file, mesh.boulder) {
                 (Some(known), _, _) => known.clone(),
                 (None, Some(file), _) => {
-                    let file = path.parent().unwrap_or(Path::new("")).join(file);
+                    let file = builtin::beside(path, file);
                     Arc::new(load::read_mesh(&file).map_err(|e| missing_file(e, i))?)
                 }
                 (None, None, triangles) => {

@@ -31,7 +31,11 @@ impl Quad {
     pub fn new(corners: [Vec3; 4]) -> Self {
         let [a, b, c, d] = corners;
         let area = (b - a).as_dvec3().cross((d - a).as_dvec3()).length() as f32;
-        Self { corners, normal: super::unit_normal(c - a, d - b), area }
+        Self {
+            corners,
+            normal: super::unit_normal(c - a, d - b),
+            area,
+        }
     }
 
     /// Corners in order around the edge.

@@ -3,7 +3,7 @@
 use egui::{DragValue, Ui};
 use glam::Vec3;
 
-use super::widgets::{RESTARTS, labelled, row, section, slider};
+use super::widgets::{RESTARTS, labelled, row, section, slider, thirds};
 use crate::keys::{self, Action};
 use crate::model::Model;
 use crate::session::Status;
@@ -46,8 +46,7 @@ pub fn camera_ui(ui: &mut Ui, model: &mut Model, status: &Status, actions: &mut 
 fn point(ui: &mut Ui, name: &str, value: &mut Vec3, speed: f64) {
     let tip = format!("x, y and z in scene units: drag, or click to type. {RESTARTS}");
     labelled(ui, name, &tip, |ui| {
-        ui.spacing_mut().item_spacing.x = 3.0;
-        let width = ((ui.available_width() - 6.0) / 3.0).floor();
+        let width = thirds(ui);
         for (axis, x) in ["x", "y", "z"].into_iter().zip(value.as_mut()) {
             let drag = DragValue::new(x)
                 .speed(speed)

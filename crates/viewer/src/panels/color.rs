@@ -5,7 +5,7 @@ use egui::ecolor::{Hsva, HsvaGamma};
 use egui::{Color32, DragValue, Popup, PopupCloseBehavior, Response, Rgba, Sense, Ui, WidgetInfo};
 use glam::Vec3;
 
-use super::widgets::{labelled, row, slider};
+use super::widgets::{labelled, row, slider, thirds};
 
 /// Edits a colour with parts in [0, 1]; says whether it was touched.
 pub fn color(ui: &mut Ui, name: &str, tip: &str, value: &mut Vec3) -> bool {
@@ -19,7 +19,7 @@ pub fn color(ui: &mut Ui, name: &str, tip: &str, value: &mut Vec3) -> bool {
                 ui.set_width(290.0);
                 hue_saturation_brightness(ui, value);
             });
-        let width = ((ui.available_width() - 2.0 * ui.spacing().item_spacing.x) / 3.0).floor();
+        let width = thirds(ui);
         for (part, x) in ["red", "green", "blue"].into_iter().zip(value.as_mut()) {
             let drag = DragValue::new(x)
                 .range(0.0..=1.0)

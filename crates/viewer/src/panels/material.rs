@@ -58,7 +58,7 @@ fn surface(ui: &mut Ui, material: &mut MaterialDesc) {
         );
         let tip = format!("From all diffuse (0) to all mirror (1). {RESTARTS}");
         row(ui, "Mirror", &tip, |ui| {
-            ui.add(strengths(&mut material.mirror, 0.0..=1.0).fixed_decimals(2))
+            ui.add(slider(&mut material.mirror, 0.0..=1.0).fixed_decimals(2))
         });
         ui.add_enabled_ui(material.mirror > 0.0, |ui| {
             color(
@@ -79,7 +79,7 @@ fn surface(ui: &mut Ui, material: &mut MaterialDesc) {
         let tip =
             format!("Index of refraction: water 1.33, window glass 1.5, diamond 2.4. {RESTARTS}");
         row(ui, "Refraction", &tip, |ui| {
-            ui.add(strengths(ior, 1.0..=3.0).fixed_decimals(2))
+            ui.add(slider(ior, 1.0..=3.0).fixed_decimals(2))
         });
     }
 }

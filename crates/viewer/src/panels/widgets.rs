@@ -86,3 +86,12 @@ pub fn choice<T: Copy + PartialEq + Display>(
         }
     });
 }
+
+/// Sets up a row for three numbers and returns the width of each, points: never wider than the
+/// row, because a panel that grows would move the picture.
+pub fn thirds(ui: &mut Ui) -> f32 {
+    let spacing = ui.spacing_mut();
+    spacing.item_spacing.x = 3.0;
+    spacing.interact_size.x = 0.0;
+    ((ui.available_width() - 2.0 * ui.spacing().item_spacing.x) / 3.0).floor()
+}

@@ -77,7 +77,10 @@ pub(super) fn run(shared: &Arc<Shared>, pool: &ThreadPool) {
         });
         if catch_unwind(step).is_err() {
             engine.picture = None;
-            shared.notify("rendering failed by a defect in lightbox; please report it".into(), true);
+            shared.notify(
+                "rendering failed by a defect in lightbox; please report it".into(),
+                true,
+            );
         }
     }
 }
@@ -88,7 +91,11 @@ impl Engine<'_> {
         let idle = !self.has_work();
         let mut inbox = lock(&self.shared.inbox);
         while idle && inbox.is_empty() {
-            inbox = self.shared.arrived.wait(inbox).unwrap_or_else(PoisonError::into_inner);
+            inbox = self
+                .shared
+                .arrived
+                .wait(inbox)
+                .unwrap_or_else(PoisonError::into_inner);
         }
         // Under the lock: a message that comes later sets it again.
         self.shared.cancel.store(false, Ordering::Relaxed);
@@ -96,12 +103,14 @@ impl Engine<'_> {
     }
 
     fn has_work(&self) -> bool {
-        let Some(picture) = &self.picture else { return false };
+        let Some(picture) = &self.picture else {
+            return false;
+        };
         let unfinished = !self.paused && picture.film.samples() < picture.view.settings.samples;
         self.stale || !self.previews.is_empty() || unfinished
     }
 
-    fn apply(&mut self, inbox: Inbox) {
+    fn apply(&mut self, mut inbox: Inbox) {
         if let Some(paused) = inbox.paused {
             self.paused = paused;
         }
@@ -110,6 +119,9 @@ impl Engine<'_> {
             self.tone = tone;
         }
         if let Some(opened) = inbox.opened {
+            if opened.is_new {
+                inbox.desc = None; // It was meant for the scene before.
+            }
             self.take_up(*opened);
         }
         if let Some(desc) = inbox.desc {
@@ -118,7 +130,14 @@ impl Engine<'_> {
         self.report();
     }
 
-    fn take_up(&mut self, Opened { source, scene, is_new }: Opened) {
+    fn take_up(
+        &mut self,
+        Opened {
+            source,
+            scene,
+            is_new,
+        }: Opened,
+    ) {
         self.source = Some(source);
         self.scene = Some(scene.clone());
         if is_new {
@@ -127,6 +146,7 @@ impl Engine<'_> {
             {
                 let mut outbox = lock(&self.shared.outbox);
                 outbox.status.opened += 1;
+                outbox.status.scene = Some(scene.clone());
                 outbox.status.desc = desc.clone();
             }
             self.desc = desc;
@@ -140,18 +160,20 @@ impl Engine<'_> {
 
     /// Goes over to an edited description with as little new work as it allows.
     fn edit(&mut self, desc: Arc<SceneDesc>) {
-        let Some(scene) = self.scene.clone() else { return };
+        let Some(scene) = self.scene.clone() else {
+            return;
+        };
         let old = std::mem::replace(&mut self.desc, desc.clone());
         if scene.rebuilds_for(&desc) {
-            let Some(source) = self.source.clone() else { return };
-            let label = scene.path().display().to_string();
-            self.shared.load(label, false, move |progress| {
-                let scene = scene.edit((*desc).clone(), progress).map_err(|e| e.to_string())?;
-                Ok((source, scene))
-            });
+            self.rebuild(scene, desc.clone());
+            if desc.camera != old.camera {
+                self.restart(); // The old shapes from the new place, until the new are ready.
+            }
             return;
         }
-        let same_surfaces = (&desc.materials, desc.background) == (&scene.desc().materials, scene.desc().background)
+        self.shared.abandon_rebuild();
+        let same_surfaces = (&desc.materials, desc.background)
+            == (&scene.desc().materials, scene.desc().background)
             && desc.same_assignments(scene.desc());
         if !same_surfaces {
             match scene.edit((*desc).clone(), &|_| ()) {
@@ -160,7 +182,10 @@ impl Engine<'_> {
             }
         }
         let samples_only = |a: &SceneDesc, b: &SceneDesc| {
-            let render = lightbox_core::RenderSettings { samples: b.render.samples, ..a.render };
+            let render = lightbox_core::RenderSettings {
+                samples: b.render.samples,
+                ..a.render
+            };
             (a.camera, render) == (b.camera, b.render)
         };
         match &mut self.picture {
@@ -171,16 +196,48 @@ impl Engine<'_> {
         }
     }
 
+    /// Has an accelerator built in the background, unless that is under way already.
+    fn rebuild(&self, scene: Arc<Scene>, desc: Arc<SceneDesc>) {
+        let Some(source) = self.source.clone() else {
+            return;
+        };
+        let mut rebuilding = lock(&self.shared.rebuilding);
+        if rebuilding
+            .as_ref()
+            .is_some_and(|wanted| wanted.same_shapes(&desc))
+        {
+            return;
+        }
+        *rebuilding = Some(desc.clone());
+        drop(rebuilding);
+        let label = scene.path().display().to_string();
+        self.shared.load(label, false, move |progress| {
+            let scene = scene
+                .edit((*desc).clone(), progress)
+                .map_err(|e| e.to_string())?;
+            Ok((source, scene))
+        });
+    }
+
     /// Starts the present description's picture anew.
     fn restart(&mut self) {
-        let Some(scene) = self.scene.clone() else { return };
+        let Some(scene) = self.scene.clone() else {
+            return;
+        };
         match View::new(scene, &self.desc.camera, self.desc.render) {
             Ok(view) => {
                 let film = Arc::new(view.film());
                 lock(&self.shared.outbox).film = Some(film.clone());
-                self.previews = self.governor.scales(view.settings.width, view.settings.height);
-                self.picture =
-                    Some(Picture { view, film, backdrop: None, seconds: 0.0, work: Work::default() });
+                self.previews = self
+                    .governor
+                    .scales(view.settings.width, view.settings.height);
+                self.picture = Some(Picture {
+                    view,
+                    film,
+                    backdrop: None,
+                    seconds: 0.0,
+                    work: Work::default(),
+                });
             }
             Err(message) => self.shared.notify(message, true),
         }
@@ -201,25 +258,38 @@ impl Engine<'_> {
     /// Shows a coarse picture. The first one after a wish is never interrupted: if each new wish
     /// did so, a drag would show nothing until it ends.
     fn preview(&mut self, scale: u32) {
-        let Some(picture) = &mut self.picture else { return };
+        let Some(picture) = &mut self.picture else {
+            return;
+        };
         let settings = lightbox_core::RenderSettings {
             width: picture.view.settings.width.div_ceil(scale),
             height: picture.view.settings.height.div_ceil(scale),
             ..picture.view.settings
         };
         let is_first = picture.backdrop.is_none();
-        let Ok(view) = View::new(picture.view.scene.clone(), &self.desc.camera, settings) else { return };
+        let Ok(view) = View::new(picture.view.scene.clone(), &self.desc.camera, settings) else {
+            return;
+        };
         let film = view.film();
         let never = std::sync::atomic::AtomicBool::new(false);
         let start = Instant::now();
-        let cancel = if is_first { &never } else { &self.shared.cancel };
+        let cancel = if is_first {
+            &never
+        } else {
+            &self.shared.cancel
+        };
         let work = self.pool.install(|| view.render(&film, 1, cancel));
         if film.samples() == 0 {
             return; // Interrupted: a newer wish is waiting.
         }
         self.governor.measured(start.elapsed(), work.paths);
         let image = film.develop();
-        picture.backdrop = Some(enlarge(&image, scale, picture.view.settings.width, picture.view.settings.height));
+        picture.backdrop = Some(enlarge(
+            &image,
+            scale,
+            picture.view.settings.width,
+            picture.view.settings.height,
+        ));
         self.stale = false;
         self.show(&image, Some(scale));
     }
@@ -227,10 +297,18 @@ impl Engine<'_> {
     /// Adds samples for about [`BATCH`], publishing snapshots on the way.
     fn batch(&mut self) {
         let Some(picture) = &self.picture else { return };
-        let (view, film, cancel) = (picture.view.clone(), picture.film.clone(), &self.shared.cancel);
+        let (view, film, cancel) = (
+            picture.view.clone(),
+            picture.film.clone(),
+            &self.shared.cancel,
+        );
         let have = film.samples();
         let per_sample = picture.seconds / have.max(1) as f64;
-        let more = if have == 0 { 1 } else { (BATCH.as_secs_f64() / per_sample.max(1e-9)) as u64 };
+        let more = if have == 0 {
+            1
+        } else {
+            (BATCH.as_secs_f64() / per_sample.max(1e-9)) as u64
+        };
         // Doubling at most, so that one slow sample at the start does not set the pace.
         let target = (have + more.clamp(1, have.max(1))).min(view.settings.samples);
 
@@ -247,11 +325,15 @@ impl Engine<'_> {
                 match finished.recv_timeout(interval) {
                     Ok(work) => return work,
                     Err(RecvTimeoutError::Disconnected) => return Work::default(),
-                    Err(RecvTimeoutError::Timeout) => interval = self.publish().max(SNAPSHOT_INTERVAL),
+                    Err(RecvTimeoutError::Timeout) => {
+                        interval = self.publish().max(SNAPSHOT_INTERVAL)
+                    }
                 }
             }
         });
-        let Some(picture) = &mut self.picture else { return };
+        let Some(picture) = &mut self.picture else {
+            return;
+        };
         picture.seconds += start.elapsed().as_secs_f64();
         picture.work = picture.work + work;
         if !self.shared.cancel.load(Ordering::Relaxed) {
@@ -261,7 +343,9 @@ impl Engine<'_> {
 
     /// Shows the film as it is, over the last preview. Returns how long to wait with the next.
     fn publish(&mut self) -> Duration {
-        let Some(picture) = &mut self.picture else { return SNAPSHOT_INTERVAL };
+        let Some(picture) = &mut self.picture else {
+            return SNAPSHOT_INTERVAL;
+        };
         let start = Instant::now();
         self.stale = false;
         let image = match (&mut picture.backdrop, picture.film.samples()) {
@@ -294,7 +378,10 @@ impl Engine<'_> {
 
     /// Brings the status up to date.
     fn report(&self) {
-        let figures = self.picture.as_ref().map(|p| (p, p.film.samples(), p.film.noise(), p.film.invalid().0));
+        let figures = self
+            .picture
+            .as_ref()
+            .map(|p| (p, p.film.samples(), p.film.noise(), p.film.invalid().0));
         let mut outbox = lock(&self.shared.outbox);
         let status = &mut outbox.status;
         status.scene.clone_from(&self.scene);

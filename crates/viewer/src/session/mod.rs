@@ -97,7 +97,13 @@ struct Inbox {
 
 impl Inbox {
     fn is_empty(&self) -> bool {
-        let Self { desc, opened, tone, paused, quit } = self;
+        let Self {
+            desc,
+            opened,
+            tone,
+            paused,
+            quit,
+        } = self;
         desc.is_none() && opened.is_none() && tone.is_none() && paused.is_none() && !quit
     }
 }
@@ -129,6 +135,8 @@ struct Shared {
     outbox: Mutex<Outbox>,
     /// Number of the newest load.
     loads: Mutex<u64>,
+    /// The edited description for which an accelerator is being built.
+    rebuilding: Mutex<Option<Arc<SceneDesc>>>,
     /// Tells the window that there is something new.
     wake: Box<dyn Fn() + Send + Sync>,
 }
@@ -147,6 +155,14 @@ impl Shared {
         }
         drop(inbox);
         self.arrived.notify_one();
+    }
+
+    /// Drops an accelerator in the making: the edit that asked for it has been taken back.
+    fn abandon_rebuild(&self) {
+        if lock(&self.rebuilding).take().is_some() {
+            *lock(&self.loads) += 1;
+            lock(&self.outbox).status.loading = None;
+        }
     }
 
     fn notify(&self, text: String, is_error: bool) {
@@ -176,22 +192,35 @@ impl Shared {
                 }
             };
             // A panic must not leave the window waiting for ever.
-            let result = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| build(&progress)))
-                .unwrap_or_else(|_| Err(format!("{label}: opening it failed by a defect in lightbox; please report it")));
+            let result =
+                std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| build(&progress)))
+                    .unwrap_or_else(|_| {
+                        Err(format!(
+                            "{label}: opening it failed by a defect in lightbox; please report it"
+                        ))
+                    });
             if *lock(&shared.loads) != load {
                 return; // The user has asked for something else since.
             }
             lock(&shared.outbox).status.loading = None;
+            *lock(&shared.rebuilding) = None;
             match result {
                 Ok((source, scene)) => {
-                    let opened = Box::new(Opened { source, scene: Arc::new(scene), is_new });
+                    let opened = Box::new(Opened {
+                        source,
+                        scene: Arc::new(scene),
+                        is_new,
+                    });
                     shared.send(true, |inbox| inbox.opened = Some(opened));
                 }
                 Err(message) => shared.notify(message, true),
             }
             (shared.wake)();
         };
-        if let Err(e) = std::thread::Builder::new().name("lightbox-load".into()).spawn(run) {
+        if let Err(e) = std::thread::Builder::new()
+            .name("lightbox-load".into())
+            .spawn(run)
+        {
             self.notify(format!("cannot start a thread ({e})"), true);
         }
     }
@@ -218,6 +247,7 @@ impl Session {
             cancel: AtomicBool::new(false),
             outbox: Mutex::default(),
             loads: Mutex::default(),
+            rebuilding: Mutex::default(),
             wake: Box::new(wake),
         });
         lock(&shared.outbox).status.threads = pool.current_num_threads();
@@ -226,30 +256,41 @@ impl Session {
             .name("lightbox-engine".into())
             .spawn(move || engine::run(&for_engine, &pool))
             .map_err(|e| format!("cannot start a thread ({e})"))?;
-        Ok(Self { shared, engine: Some(engine) })
+        Ok(Self {
+            shared,
+            engine: Some(engine),
+        })
     }
 
     /// Opens a scene or mesh in the background; the present one stays until it is ready.
     pub fn open(&self, path: &Path) {
         let path = path.to_owned();
-        self.shared.load(path.display().to_string(), true, move |progress| {
-            let source = lightbox_core::scene::load(&path).map_err(|e| e.to_string())?;
-            let scene = source.build(progress).map_err(|e| e.to_string())?;
-            Ok((source, scene))
-        });
+        self.shared
+            .load(path.display().to_string(), true, move |progress| {
+                let source = lightbox_core::scene::load(&path).map_err(|e| e.to_string())?;
+                let scene = source.build(progress).map_err(|e| e.to_string())?;
+                Ok((source, scene))
+            });
     }
 
-    /// Shows an edited description: camera, settings, materials, shapes. Whatever the edit does
+    /// Shows an edited description of the scene that [`Status::opened`] counted: camera, settings, materials, shapes. Whatever the edit does
     /// not touch is kept; an edit that needs a new accelerator is made in the background.
-    pub fn edit(&self, desc: SceneDesc) {
+    pub fn edit(&self, opened: u64, desc: SceneDesc) {
         let desc = Arc::new(desc);
-        lock(&self.shared.outbox).status.desc = desc.clone();
+        {
+            let mut outbox = lock(&self.shared.outbox);
+            if outbox.status.opened != opened {
+                return; // Meant for a scene that has been replaced meanwhile.
+            }
+            outbox.status.desc = desc.clone();
+        }
         self.shared.send(true, |inbox| inbox.desc = Some(desc));
     }
 
     /// Rests, or goes on; samples are kept.
     pub fn set_paused(&self, paused: bool) {
-        self.shared.send(paused, |inbox| inbox.paused = Some(paused));
+        self.shared
+            .send(paused, |inbox| inbox.paused = Some(paused));
     }
 
     /// Changes how the picture is shown; samples are kept.
@@ -280,11 +321,13 @@ impl Session {
             (outbox.film.clone(), outbox.tone, outbox.status.clone())
         };
         let (Some(film), Some(scene)) = (film, status.scene) else {
-            self.shared.notify("there is no picture to save yet".into(), true);
+            self.shared
+                .notify("there is no picture to save yet".into(), true);
             return;
         };
         let shared = self.shared.clone();
-        let replay = crate::replay::line(scene.path(), &status.desc, film.samples());
+        let mut replay = crate::replay::line(scene.path(), &status.desc, film.samples());
+        replay.push_str(&crate::replay::tone_options(tone));
         let run = move || {
             let written = lightbox_core::image_io::write(&path, &film.develop(), tone, &replay);
             match written {
@@ -292,8 +335,12 @@ impl Session {
                 Err(message) => shared.notify(message, true),
             }
         };
-        if let Err(e) = std::thread::Builder::new().name("lightbox-save".into()).spawn(run) {
-            self.shared.notify(format!("cannot start a thread ({e})"), true);
+        if let Err(e) = std::thread::Builder::new()
+            .name("lightbox-save".into())
+            .spawn(run)
+        {
+            self.shared
+                .notify(format!("cannot start a thread ({e})"), true);
         }
     }
 }

@@ -30,7 +30,11 @@ impl Governor {
     pub fn measured(&mut self, time: Duration, paths: u64) {
         let cost = time.as_secs_f64() / paths.max(1) as f64;
         // Up at once, down slowly: a preview too coarse is better than one too late.
-        self.cost = if cost > self.cost { cost } else { 0.5 * (self.cost + cost) };
+        self.cost = if cost > self.cost {
+            cost
+        } else {
+            0.5 * (self.cost + cost)
+        };
     }
 
     /// Scales to show one after another before the full picture, the first one last: the finest
@@ -39,7 +43,9 @@ impl Governor {
         let full = self.cost * f64::from(width) * f64::from(height);
         let scale = (full / FIRST.as_secs_f64()).sqrt().ceil();
         let first = (scale as u32).clamp(1, COARSEST);
-        let mut scales: Vec<u32> = std::iter::successors(Some(first), |s| Some(s / 2)).take_while(|s| *s > 1).collect();
+        let mut scales: Vec<u32> = std::iter::successors(Some(first), |s| Some(s / 2))
+            .take_while(|s| *s > 1)
+            .collect();
         scales.reverse();
         scales
     }
@@ -54,7 +60,11 @@ pub(super) fn enlarge(image: &Image, scale: u32, width: u32, height: u32) -> Ima
     let pixels: Vec<Vec3> = (0..height)
         .flat_map(|y| (0..width).map(move |x| row(y)[(x / scale) as usize]))
         .collect();
-    Image { width, height, pixels }
+    Image {
+        width,
+        height,
+        pixels,
+    }
 }
 
 #[cfg(test)]
@@ -66,15 +76,25 @@ mod tests {
         let governor = Governor { cost: 1e-6 };
         let scales = governor.scales(1280, 720);
         assert_eq!(scales.last(), Some(&10));
-        assert!(scales.windows(2).all(|w| w[0] < w[1]) && scales[0] > 1, "{scales:?}");
+        assert!(
+            scales.windows(2).all(|w| w[0] < w[1]) && scales[0] > 1,
+            "{scales:?}"
+        );
         assert!(Governor { cost: 1e-9 }.scales(640, 480).is_empty());
     }
 
     #[test]
     fn an_enlarged_preview_covers_the_picture() {
-        let small = Image { width: 2, height: 1, pixels: vec![Vec3::X, Vec3::Y] };
+        let small = Image {
+            width: 2,
+            height: 1,
+            pixels: vec![Vec3::X, Vec3::Y],
+        };
         let large = enlarge(&small, 3, 5, 2);
         assert_eq!(large.pixels.len(), 10);
-        assert_eq!(large.pixels[..5], [Vec3::X, Vec3::X, Vec3::X, Vec3::Y, Vec3::Y]);
+        assert_eq!(
+            large.pixels[..5],
+            [Vec3::X, Vec3::X, Vec3::X, Vec3::Y, Vec3::Y]
+        );
     }
 }

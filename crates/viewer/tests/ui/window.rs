@@ -199,7 +199,8 @@ impl Window {
         self.harness.hover_at(pos);
         self.button(pos, PointerButton::Primary, true);
         self.button(pos, PointerButton::Primary, false);
-        self.harness.run_steps(2);
+        // Sooner, the next click would count as the second of a double-click.
+        self.harness.run_steps(12);
     }
 
     pub fn key(&mut self, modifiers: Modifiers, key: Key) {
