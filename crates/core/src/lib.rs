@@ -9,10 +9,10 @@
 //! ```
 //!
 //! - [`scene::load`] reads a TOML scene or an OBJ mesh into a [`SceneDesc`], plain data that can
-//!   be edited and saved. [`Scene::build`] freezes it: primitives, materials, lights and the
-//!   accelerator, shared by `Arc`. [`Scene::edit`] takes an edited description and rebuilds only
+//!   be edited and saved. [`scene::Source::build`] freezes it into a [`Scene`]: primitives,
+//!   materials, lights and the accelerator, shared by `Arc`. [`Scene::edit`] takes an edited description and rebuilds only
 //!   what it changed.
-//! - [`render::render`] is the composition root: for each tile, pixel and sample it draws a film
+//! - [`View::render`] is the composition root: for each tile, pixel and sample it draws a film
 //!   position from the [`filter`], a ray from the [`Camera`], a radiance from the
 //!   [`integrator`], and adds it to the tile; a finished tile is merged into the [`Film`].
 //! - [`Film::develop`] turns sums into an [`Image`], [`color::ToneMap`] an image into what a

@@ -161,6 +161,7 @@ impl App {
             Action::Help => self.is_help_open = !self.is_help_open,
             Action::Escape if self.is_help_open => self.is_help_open = false,
             Action::Escape => self.model.selection = None,
+            Action::Quit => ctx.send_viewport_cmd(ViewportCommand::Close),
         }
     }
 
@@ -205,6 +206,8 @@ impl App {
                 status.samples
             );
             self.dialogs.save(ctx, &name, extension);
+        } else {
+            self.complain(ctx, "there is no picture to save yet".into());
         }
     }
 

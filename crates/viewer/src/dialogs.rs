@@ -85,8 +85,9 @@ impl Dialogs {
         let (sender, ctx) = (self.sender.clone(), ctx.clone());
         let run = move || {
             let start = Instant::now();
-            let answer = dialog().unwrap_or_else(|| {
-                if start.elapsed() < TOO_SOON {
+            let can_ask = can_ask();
+            let answer = can_ask.then(dialog).flatten().unwrap_or_else(|| {
+                if !can_ask || start.elapsed() < TOO_SOON {
                     without
                 } else {
                     Answer::Cancelled
@@ -108,6 +109,21 @@ impl Dialogs {
         self.is_open = false;
         Some(answer)
     }
+}
+
+/// Whether the desktop has anything that shows file dialogs: on Linux a session bus, on which a
+/// portal may be, or zenity.
+fn can_ask() -> bool {
+    if cfg!(not(target_os = "linux")) {
+        return true;
+    }
+    let variable = |name| std::env::var_os(name).filter(|value| !value.is_empty());
+    let bus =
+        variable("XDG_RUNTIME_DIR").is_some_and(|folder| Path::new(&folder).join("bus").exists());
+    let zenity = variable("PATH").is_some_and(|path| {
+        std::env::split_paths(&path).any(|folder| folder.join("zenity").exists())
+    });
+    variable("DBUS_SESSION_BUS_ADDRESS").is_some() || bus || zenity
 }
 
 /// The name in a folder, numbered if it is taken: nobody has agreed to overwrite a file.

@@ -31,6 +31,8 @@ pub enum Action {
     Help,
     /// Close the list of keys, or select nothing.
     Escape,
+    /// Close the window.
+    Quit,
 }
 
 const PLAIN: Modifiers = Modifiers::NONE;
@@ -72,6 +74,7 @@ pub const KEYS: &[(Modifiers, Key, Action, &str)] = &[
     (PLAIN, Key::Escape, Action::Escape, "select nothing"),
     (PLAIN, Key::F1, Action::Help, "show or hide this list"),
     (PLAIN, Key::Questionmark, Action::Help, ""),
+    (COMMAND, Key::Q, Action::Quit, "quit"),
 ];
 
 /// Mouse gestures over the picture and their description.

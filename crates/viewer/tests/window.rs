@@ -1,0 +1,290 @@
+//! The viewer in a real window on a virtual display, used with mouse and keyboard: opens, orbits,
+//! drags sliders, picks an object, changes the scene, saves, quits, and fails if the picture does
+//! not change when it should. Needs Xvfb and xdotool; where they are missing it says so and
+//! passes, unless `CI` is set. `LIGHTBOX_SCREENSHOTS=folder` keeps a picture of each step.
+
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use std::io::Read as _;
+
+/// How long a step may take on a busy machine.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// Left part of the window: the picture, in blocks of 16×16 pixels.
+const PICTURE: (usize, usize) = (60, 42);
+
+/// Places in the side panel of a window of 1280×720.
+const SLIDER_LEFT: i32 = 1073;
+const SLIDER_RIGHT: i32 = 1192;
+const SCENE_LIST: (i32, i32) = (1168, 37);
+const SPHERE_MIRROR: (i32, i32) = (1170, 110);
+const SAMPLES_Y: i32 = 158;
+const DEPTH_Y: i32 = 181;
+const RADIUS_Y: i32 = 250;
+const EXPOSURE_Y: i32 = 422;
+const MIRROR_Y: i32 = 547;
+const TEDDY: (i32, i32) = (485, 400);
+
+/// Processes that end with the test, and the folder they work in.
+struct Desktop {
+    server: Child,
+    display: String,
+    folder: tempfile::TempDir,
+    viewer: Option<Child>,
+}
+
+impl Drop for Desktop {
+    fn drop(&mut self) {
+        for process in self.viewer.iter_mut().chain([&mut self.server]) {
+            let _ = process.kill(); // It may have ended by itself.
+            let _ = process.wait();
+        }
+    }
+}
+
+impl Desktop {
+    fn start() -> Option<Self> {
+        let folder = tempfile::tempdir().expect("a folder for the test");
+        let server = Command::new("Xvfb")
+            .args(["-displayfd", "1", "-screen", "0", "1280x720x24", "-fbdir"])
+            .arg(folder.path())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn();
+        let has_xdotool = Command::new("xdotool")
+            .arg("version")
+            .stdout(Stdio::null())
+            .status()
+            .is_ok();
+        let mut server = match server {
+            Ok(server) if has_xdotool => server,
+            _ => {
+                assert!(
+                    std::env::var_os("CI").is_none(),
+                    "install xvfb and xdotool to run this test"
+                );
+                eprintln!("skipped: needs Xvfb and xdotool");
+                return None;
+            }
+        };
+        let mut number = [0; 8];
+        let read = server
+            .stdout
+            .as_mut()
+            .expect("a pipe")
+            .read(&mut number)
+            .expect("Xvfb names its display");
+        let display = format!(":{}", String::from_utf8_lossy(&number[..read]).trim());
+        Some(Self {
+            server,
+            display,
+            folder,
+            viewer: None,
+        })
+    }
+
+    fn open(&mut self) {
+        let work = self.folder.path().join("work");
+        std::fs::create_dir(&work).expect("a folder");
+        let viewer = Command::new(env!("CARGO_BIN_EXE_lightbox"))
+            .current_dir(work)
+            .env("DISPLAY", &self.display)
+            .env_remove("WAYLAND_DISPLAY")
+            .env("LIBGL_ALWAYS_SOFTWARE", "1")
+            .spawn();
+        self.viewer = Some(viewer.expect("the viewer starts"));
+    }
+
+    fn xdotool(&self, args: &[&str]) {
+        let status = Command::new("xdotool")
+            .args(args)
+            .env("DISPLAY", &self.display)
+            .stdout(Stdio::null())
+            .status();
+        assert!(status.expect("xdotool runs").success(), "xdotool {args:?}");
+        std::thread::sleep(Duration::from_millis(60));
+    }
+
+    fn mouse_to(&self, x: i32, y: i32) {
+        self.xdotool(&["mousemove", &x.to_string(), &y.to_string()]);
+    }
+
+    fn click(&self, (x, y): (i32, i32)) {
+        self.mouse_to(x, y);
+        self.xdotool(&["mousedown", "1"]);
+        self.xdotool(&["mouseup", "1"]);
+    }
+
+    fn drag(&self, from: (i32, i32), to: (i32, i32)) {
+        self.mouse_to(from.0, from.1);
+        self.xdotool(&["mousedown", "1"]);
+        for step in 1..=8 {
+            self.mouse_to(
+                from.0 + (to.0 - from.0) * step / 8,
+                from.1 + (to.1 - from.1) * step / 8,
+            );
+        }
+        self.xdotool(&["mouseup", "1"]);
+    }
+
+    /// Mean brightness of each block of the picture, 0 to 255.
+    fn blocks(&self) -> Vec<f64> {
+        let file =
+            std::fs::read(self.folder.path().join("Xvfb_screen0")).expect("the frame buffer");
+        // An XWD file: a header of big-endian numbers, a colour table, rows of 32-bit pixels.
+        let number = |i: usize| {
+            u32::from_be_bytes(file[4 * i..4 * i + 4].try_into().expect("4 bytes")) as usize
+        };
+        let (start, row) = (number(0) + number(19) * 12, number(12));
+        let block = |bx: usize, by: usize| {
+            let pixels =
+                (0..256).map(|i| start + (by * 16 + i / 16) * row + (bx * 16 + i % 16) * 4);
+            pixels
+                .map(|at| file[at..at + 3].iter().map(|b| f64::from(*b)).sum::<f64>())
+                .sum::<f64>()
+                / 768.0
+        };
+        (0..PICTURE.1)
+            .flat_map(|y| (0..PICTURE.0).map(move |x| (x, y)))
+            .map(|(x, y)| block(x, y))
+            .collect()
+    }
+
+    /// Waits until the picture satisfies a condition.
+    fn wait_until(&self, what: &str, condition: impl Fn(&[f64]) -> bool) -> Vec<f64> {
+        let start = Instant::now();
+        loop {
+            let blocks = self.blocks();
+            if condition(&blocks) {
+                self.keep_screenshot(what);
+                return blocks;
+            }
+            assert!(start.elapsed() < PATIENCE, "waited in vain: {what}");
+            std::thread::sleep(Duration::from_millis(100));
+        }
+    }
+
+    fn keep_screenshot(&self, what: &str) {
+        if let Some(folder) = std::env::var_os("LIGHTBOX_SCREENSHOTS") {
+            let name = PathBuf::from(folder)
+                .join(what.replace(' ', "-"))
+                .with_extension("xwd");
+            std::fs::copy(self.folder.path().join("Xvfb_screen0"), name).expect("a screenshot");
+        }
+    }
+}
+
+fn mean(blocks: &[f64]) -> f64 {
+    blocks.iter().sum::<f64>() / blocks.len() as f64
+}
+
+/// Mean difference of two pictures, in steps of brightness.
+fn difference(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).sum::<f64>() / a.len() as f64
+}
+
+#[test]
+fn a_session_with_mouse_and_keyboard() {
+    let Some(mut desktop) = Desktop::start() else {
+        return;
+    };
+    desktop.open();
+    desktop.wait_until("the picture appears", |b| mean(b) > 20.0);
+    // Coarse and noisy at first: later pictures are compared with what it comes to.
+    let settled = std::cell::RefCell::new(Vec::new());
+    let first = desktop.wait_until("the picture settles", |b| {
+        std::thread::sleep(Duration::from_millis(700));
+        let before = settled.replace(b.to_vec());
+        before.len() == b.len() && difference(&before, b) < 0.7
+    });
+
+    // There is no window manager to give it the keyboard.
+    desktop.xdotool(&["search", "--name", "lightbox", "windowfocus"]);
+
+    desktop.drag((300, 200), (420, 230));
+    let turned = desktop.wait_until("orbit turns the view", |b| difference(b, &first) > 6.0);
+    desktop.xdotool(&["key", "Home"]);
+    let home = desktop.wait_until("Home turns it back", |b| difference(b, &first) < 3.0);
+    assert!(difference(&turned, &home) > 6.0);
+    desktop.mouse_to(485, 200);
+    for _ in 0..4 {
+        desktop.xdotool(&["click", "4"]);
+    }
+    desktop.wait_until("the wheel comes closer", |b| difference(b, &home) > 6.0);
+    // The wheel runs out smoothly.
+    std::thread::sleep(Duration::from_secs(1));
+    desktop.xdotool(&["key", "Home"]);
+    desktop.wait_until("Home goes back", |b| difference(b, &first) < 3.0);
+
+    desktop.drag((1132, EXPOSURE_Y), (1160, EXPOSURE_Y));
+    desktop.wait_until("exposure brightens", |b| mean(b) > 1.3 * mean(&first));
+    desktop.drag((1160, EXPOSURE_Y), (1132, EXPOSURE_Y));
+    desktop.wait_until("exposure darkens again", |b| mean(b) < 1.2 * mean(&first));
+
+    desktop.drag((1151, DEPTH_Y), (SLIDER_LEFT, DEPTH_Y));
+    desktop.wait_until("depth 1 leaves the lamp", |b| mean(b) < 0.3 * mean(&first));
+    desktop.drag((SLIDER_LEFT, DEPTH_Y), (1151, DEPTH_Y));
+    desktop.wait_until("depth brings the light back", |b| {
+        mean(b) > 0.8 * mean(&first)
+    });
+
+    desktop.drag((SLIDER_LEFT, RADIUS_Y), (SLIDER_RIGHT, RADIUS_Y));
+    desktop.wait_until("a wide filter blurs", |b| difference(b, &first) > 1.0);
+    desktop.drag((SLIDER_RIGHT, RADIUS_Y), (SLIDER_LEFT, RADIUS_Y));
+
+    desktop.drag((1132, SAMPLES_Y), (SLIDER_LEFT, SAMPLES_Y));
+    let before = desktop.wait_until("few samples", |b| difference(b, &first) < 4.0);
+    desktop.click(TEDDY);
+    std::thread::sleep(Duration::from_millis(500));
+    desktop.drag((SLIDER_LEFT, MIRROR_Y), (SLIDER_RIGHT, MIRROR_Y));
+    desktop.wait_until("the teddy becomes a mirror", |b| {
+        difference(b, &before) > 1.0
+    });
+
+    std::thread::sleep(Duration::from_secs(1));
+    let before = desktop.blocks();
+    desktop.click(SCENE_LIST);
+    std::thread::sleep(Duration::from_millis(700));
+    desktop.click(SPHERE_MIRROR);
+    desktop.mouse_to(485, 300);
+    desktop.wait_until("another scene opens", |b| difference(b, &before) > 4.0);
+
+    let saved = |folder: &Path| {
+        std::fs::read_dir(folder)
+            .expect("the folder")
+            .flatten()
+            .any(|f| f.path().extension().is_some_and(|e| e == "png"))
+    };
+    // There is something to save once the first sample is complete.
+    std::thread::sleep(Duration::from_secs(6));
+    desktop.xdotool(&["keydown", "ctrl"]);
+    desktop.xdotool(&["key", "s"]);
+    desktop.xdotool(&["keyup", "ctrl"]);
+    let start = Instant::now();
+    while !saved(&desktop.folder.path().join("work")) {
+        if start.elapsed() > PATIENCE {
+            desktop.keep_screenshot("not saved");
+            panic!("waited in vain: Ctrl+S saves a picture");
+        }
+        std::thread::sleep(Duration::from_millis(100));
+    }
+
+    desktop.xdotool(&["keydown", "ctrl"]);
+    desktop.xdotool(&["key", "q"]);
+    desktop.xdotool(&["keyup", "ctrl"]);
+    let mut viewer = desktop.viewer.take().expect("the viewer runs");
+    let start = Instant::now();
+    let status = loop {
+        if let Some(status) = viewer.try_wait().expect("the viewer's status") {
+            break status;
+        }
+        if start.elapsed() > PATIENCE {
+            let _ = viewer.kill();
+            panic!("waited in vain: the window closes");
+        }
+        std::thread::sleep(Duration::from_millis(50));
+    };
+    assert!(status.success(), "{status}");
+}
