@@ -317,3 +317,96 @@ fn mitchell_zero() -> f32 {
     }
     lo as f32
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Samples fall where |f| says: compared with the integral of |f| over 32 intervals, and the
+    /// stratum is the sign of f there.
+    #[test]
+    fn samples_follow_the_filter() {
+        for kind in FilterKind::ALL {
+            let filter = Filter::new(kind);
+            let sampler = FilterSampler::new(filter);
+            let n = 1 << 16;
+            let mut counts = [0.0; 32];
+            let mut expected = [0.0; 32];
+            for i in 0..n {
+                let ([x, y], stratum) = sampler.sample([(i as f32 + 0.5) / n as f32, 0.5]);
+                assert!(
+                    y.abs() < 1e-3 * filter.radius && x.abs() <= filter.radius,
+                    "{kind:?}"
+                );
+                let relative = f64::from(x / filter.radius);
+                if kind.eval(relative).abs() > 1e-3 {
+                    assert_eq!(
+                        stratum,
+                        usize::from(kind.eval(relative) < 0.0),
+                        "{kind:?} at {relative}"
+                    );
+                }
+                counts[(((relative + 1.0) * 16.0) as usize).min(31)] += 1.0 / f64::from(n);
+            }
+            for i in 0..3200 {
+                expected[i / 100] += kind.eval((i as f64 + 0.5) / 1600.0 - 1.0).abs();
+            }
+            let total: f64 = expected.iter().sum();
+            for (count, e) in counts.iter().zip(expected) {
+                assert!(
+                    (count - e / total).abs() < 5e-4,
+                    "{kind:?}: {count} instead of {}",
+                    e / total
+                );
+            }
+        }
+    }
+
+    /// The areas of the two strata make up an integral of 1, and a filter without negative lobes
+    /// has one stratum.
+    #[test]
+    fn strata_sum_to_one() {
+        for kind in FilterKind::ALL {
+            let sampler = FilterSampler::new(Filter::new(kind));
+            let [positive, negative] = sampler.weights();
+            assert!((positive + negative - 1.0).abs() < 1e-12, "{kind:?}");
+            assert_eq!(
+                sampler.strata(),
+                if kind.has_negative_lobes() { 2 } else { 1 }
+            );
+            assert_eq!(kind.has_negative_lobes(), negative < 0.0);
+        }
+    }
+
+    #[test]
+    fn sinc_has_no_hole_at_zero_and_filters_end_at_their_radius() {
+        assert_eq!(sinc(0.0), 1.0);
+        assert!((sinc(1e-6) - 1.0).abs() < 1e-11 && sinc(1e-4) > sinc(2e-4));
+        for kind in FilterKind::ALL {
+            assert_eq!(kind.eval(1.0 + 1e-12), 0.0, "{kind:?}");
+        }
+    }
+
+    #[test]
+    fn names_round_trip_and_mistakes_are_answered() {
+        for kind in FilterKind::ALL {
+            for radius in [kind.default_radius(), 2.5] {
+                let filter = Filter { kind, radius };
+                assert_eq!(filter.to_string().parse(), Ok(filter));
+            }
+        }
+        assert!(
+            "gausian"
+                .parse::<Filter>()
+                .unwrap_err()
+                .contains("did you mean \"gaussian\"?")
+        );
+        assert!(
+            "box:0.1"
+                .parse::<Filter>()
+                .unwrap_err()
+                .contains("0.5 to 8")
+        );
+        assert!("box:nan".parse::<Filter>().is_err());
+    }
+}

@@ -117,3 +117,107 @@ fn sobol_second(van_der_corput: u32) -> u32 {
     x ^= (x & 0x00ff_00ff) << 8;
     x ^ ((x & 0x0000_ffff) << 16)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PIXEL: [u32; 2] = [17, 4711];
+
+    fn points(kind: SamplerKind, dim: Dim, half: u64, count: u64) -> Vec<[f32; 2]> {
+        (0..count)
+            .map(|i| Sampler::new(kind, 5, PIXEL, 2 * i + half).get_2d(dim))
+            .collect()
+    }
+
+    #[test]
+    fn numbers_stay_below_one() {
+        for bits in [0, 0x7fff_ffff, 0xffff_ff7f, 0xffff_ff80, u32::MAX] {
+            assert!((0.0..1.0).contains(&unit_f32(bits)), "{bits:x}");
+        }
+    }
+
+    /// The defining property of a (0, 2)-sequence: of the first 2ᵏ points, each elementary
+    /// interval of area 2⁻ᵏ holds exactly one, in each half and dimension pair.
+    #[test]
+    fn every_elementary_interval_holds_one_point() {
+        for dim in [
+            Dim::Pixel,
+            Dim::BsdfDirection(0),
+            Dim::LightPoint(3),
+            Dim::Choice(1000),
+        ] {
+            for half in [0, 1] {
+                for k in 0..=10 {
+                    let points = points(SamplerKind::Sobol, dim, half, 1 << k);
+                    for columns in 0..=k {
+                        let (nx, ny) = (1usize << columns, 1usize << (k - columns));
+                        let mut seen = vec![false; 1 << k];
+                        for [x, y] in &points {
+                            let cell = (x * nx as f32) as usize * ny + (y * ny as f32) as usize;
+                            assert!(!seen[cell], "{dim:?}, 2^{k} points in {nx}x{ny} intervals");
+                            seen[cell] = true;
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn samples_do_not_depend_on_order_or_neighbours() {
+        for kind in [SamplerKind::Sobol, SamplerKind::Independent] {
+            let forward = points(kind, Dim::Pixel, 0, 64);
+            let backward: Vec<_> = (0..64)
+                .rev()
+                .map(|i| Sampler::new(kind, 5, PIXEL, 2 * i).get_2d(Dim::Pixel))
+                .collect();
+            assert!(forward.iter().eq(backward.iter().rev()));
+        }
+    }
+
+    /// Dimensions, pixels, halves and seeds must not follow each other, or noise gets structure.
+    #[test]
+    fn streams_are_uncorrelated() {
+        let n = 4096u64;
+        let stream = |seed: u64, pixel: [u32; 2], half: u64, dim: Dim, axis: usize| -> Vec<f64> {
+            (0..n)
+                .map(|i| {
+                    let sampler = Sampler::new(SamplerKind::Sobol, seed, pixel, 2 * i + half);
+                    f64::from(sampler.get_2d(dim)[axis]) - 0.5
+                })
+                .collect()
+        };
+        let mut streams = Vec::new();
+        for dim in (0..6).flat_map(|b| {
+            [
+                Dim::BsdfDirection(b),
+                Dim::Choice(b),
+                Dim::LightPick(b),
+                Dim::LightPoint(b),
+            ]
+        }) {
+            streams.push(stream(0, PIXEL, 0, dim, 0));
+            streams.push(stream(0, PIXEL, 0, dim, 1));
+        }
+        streams.push(stream(0, PIXEL, 1, Dim::Pixel, 0));
+        streams.push(stream(1, PIXEL, 0, Dim::Pixel, 0));
+        streams.push(stream(0, [PIXEL[0] + 1, PIXEL[1]], 0, Dim::Pixel, 0));
+        streams.push(stream(0, [PIXEL[0], PIXEL[1] + 1], 0, Dim::Pixel, 0));
+        for (i, a) in streams.iter().enumerate() {
+            for b in &streams[..i] {
+                let correlation =
+                    12.0 / n as f64 * a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+                assert!(correlation.abs() < 5.0 / (n as f64).sqrt(), "{correlation}");
+            }
+        }
+    }
+
+    /// Beyond 2³² samples the points must not repeat.
+    #[test]
+    fn very_large_indices_are_new_samples() {
+        let at = |sample| Sampler::new(SamplerKind::Sobol, 0, PIXEL, sample).get_2d(Dim::Pixel);
+        assert_ne!(at(0), at(1 << 33));
+        assert_ne!(at(1 << 33), at(1 << 34));
+    }
+}

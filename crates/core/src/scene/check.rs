@@ -87,11 +87,11 @@ fn at_shape(table: &'static str, i: usize, name: &str, (key, problem): Fault) ->
 }
 
 fn in_range(v: Vec3, limit: f32) -> bool {
-    v.min_element() >= 0.0 && v.max_element() <= limit
+    v.cmpge(Vec3::ZERO).all() && v.cmple(Vec3::splat(limit)).all()
 }
 
 fn coordinates(v: Vec3) -> bool {
-    v.abs().max_element() <= COORDINATE_LIMIT
+    v.abs().cmple(Vec3::splat(COORDINATE_LIMIT)).all()
 }
 
 fn check_material(m: &MaterialDesc, repeated: bool) -> Result<(), Fault> {
