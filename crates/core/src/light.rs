@@ -294,10 +294,12 @@ fn sample_sphere(sphere: &Sphere, p: Vec3, u: [f32; 2]) -> Option<(SurfacePoint,
     let cone = Cone::new(sphere, p)?;
     let one_minus_cos = u[0] * cone.one_minus_cos;
     let (cos, sin2) = (1.0 - one_minus_cos, one_minus_cos * (2.0 - one_minus_cos));
-    // Angle at the centre between the axis and the point that the direction hits first.
-    let cos_alpha =
-        sin2 / cone.sin2_max.sqrt() + cos * (1.0 - sin2 / cone.sin2_max).max(0.0).sqrt();
-    let sin_alpha = (1.0 - cos_alpha * cos_alpha).max(0.0).sqrt();
+    // The point that the direction hits first, by its angle α at the centre from the axis: by the
+    // law of sines sin(θ + α) = sin θ/sin θ_max, expanded so that nothing cancels near the sphere.
+    let (sin, sin_max) = (sin2.max(0.0).sqrt(), cone.sin2_max.sqrt());
+    let cos_sum = (1.0 - sin2 / cone.sin2_max).max(0.0).sqrt();
+    let cos_alpha = sin2 / sin_max + cos * cos_sum;
+    let sin_alpha = sin * (cos / sin_max - cos_sum);
     let (sin_phi, cos_phi) = libm::sincosf(std::f32::consts::TAU * u[1]);
     let local = Vec3::new(sin_alpha * cos_phi, sin_alpha * sin_phi, cos_alpha);
     let n = Frame::around(cone.axis).world_from_local(local).normalize();
