@@ -61,20 +61,20 @@ pub struct Tile {
     /// Samples per pixel taken so far: sample indices `0..samples`.
     pub samples: u64,
     strata: usize,
-    /// Per pixel, row by row: `[half][stratum]`.
+    /// Per pixel, row by row: `[half][stratum]`; empty before the first samples.
     cells: Vec<Cell>,
     invalid: Vec<InvalidSample>,
     invalid_count: u64,
 }
 
 impl Tile {
-    fn new(rect: TileRect, strata: usize) -> Self {
-        let cells = vec![Cell::default(); (rect.width * rect.height) as usize * 2 * strata];
+    /// A tile that takes up memory only once samples come.
+    fn empty(rect: TileRect, strata: usize) -> Self {
         Self {
             rect,
             samples: 0,
             strata,
-            cells,
+            cells: Vec::new(),
             invalid: Vec::new(),
             invalid_count: 0,
         }
@@ -82,7 +82,11 @@ impl Tile {
 
     /// An empty batch for the same pixels.
     pub fn batch(&self) -> Self {
-        Self::new(self.rect, self.strata)
+        let cells = (self.rect.width * self.rect.height) as usize * 2 * self.strata;
+        Self {
+            cells: vec![Cell::default(); cells],
+            ..Self::empty(self.rect, self.strata)
+        }
     }
 
     /// Adds one sample to pixel (x, y), counted from the tile's corner.
@@ -109,6 +113,9 @@ impl Tile {
     }
 
     fn merge(&mut self, batch: &Self) {
+        if self.cells.is_empty() {
+            self.cells = vec![Cell::default(); batch.cells.len()];
+        }
         for (to, from) in self.cells.iter_mut().zip(&batch.cells) {
             for (a, b) in to.sum.iter_mut().zip(from.sum) {
                 *a += b;
@@ -185,7 +192,7 @@ impl Film {
         rects.sort_by_key(from_center);
         let tiles = rects
             .into_iter()
-            .map(|r| Mutex::new(Tile::new(r, filter.strata())))
+            .map(|r| Mutex::new(Tile::empty(r, filter.strata())))
             .collect();
         Self {
             width,
@@ -276,6 +283,9 @@ impl Film {
     /// square root of the mean over pixels and channels of variance/(value² + 0.01). It measures
     /// noise, not bias. `None` below two samples per pixel.
     pub fn noise(&self) -> Option<f64> {
+        if self.samples() < 2 {
+            return None;
+        }
         let mut sum = 0.0;
         let mut known = true;
         self.for_each_pixel(|_, cells| {
