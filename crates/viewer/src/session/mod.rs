@@ -182,6 +182,11 @@ impl Shared {
             *loads += 1;
             *loads
         };
+        if is_new {
+            // A rebuild of the scene before is superseded; later edits must not take this load
+            // for it and abandon it.
+            *lock(&self.rebuilding) = None;
+        }
         lock(&self.outbox).status.loading = Some((label.clone(), Phase::Reading));
         let shared = self.clone();
         let run = move || {
@@ -273,7 +278,8 @@ impl Session {
             });
     }
 
-    /// Shows an edited description of the scene that [`Status::opened`] counted: camera, settings, materials, shapes. Whatever the edit does
+    /// Shows an edited description of the scene that [`Status::opened`] counted: camera, settings,
+    /// materials, shapes. Whatever the edit does
     /// not touch is kept; an edit that needs a new accelerator is made in the background.
     pub fn edit(&self, opened: u64, desc: SceneDesc) {
         let desc = Arc::new(desc);
