@@ -48,6 +48,8 @@ pub mod film;
 pub mod image_io;
 pub mod integrator;
 pub mod render;
+// What breaks, measured.
+pub mod lab;
 
 pub use camera::Camera;
 pub use film::{Film, Image};

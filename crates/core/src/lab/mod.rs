@@ -1,0 +1,66 @@
+//! The stability lab: cases in which ways of tracing light are known to fail, each with what a
+//! naive method does, what lightbox does instead, and a probe that measures both.
+//!
+//! One table, [`cases`], serves the test suite (every probe must hold), the command
+//! `lightbox lab` and the viewer's Lab panel. A verdict is never stated by a probe: it follows from
+//! the measured figures and their bounds.
+
+mod figure;
+mod naive;
+mod sphere;
+
+use crate::Image;
+
+pub use figure::{Bound, Figure};
+
+/// The cases by area, in the order in which they are shown.
+pub const AREAS: &[(&str, &[Case])] = &[("Spheres", sphere::CASES)];
+
+/// A way to fail.
+#[derive(Debug)]
+pub struct Case {
+    /// A letter for the area and a number, e.g. `S01`.
+    pub id: &'static str,
+    /// What the case is about, a few words.
+    pub title: &'static str,
+    /// The input that breaks naive methods, and how they fail.
+    pub failure: &'static str,
+    /// What lightbox does instead, with the method's source.
+    pub cure: &'static str,
+    /// How the case is held.
+    pub check: Check,
+    /// A built-in scene that shows the case, e.g. `builtin:lab/far-sphere.toml`.
+    pub scene: Option<&'static str>,
+    /// Draws the case, by the naive method and by lightbox.
+    pub picture: Option<fn(Side) -> Image>,
+}
+
+/// How a case is held.
+#[derive(Debug)]
+pub enum Check {
+    /// By measuring: a second at most on one core.
+    Probe(fn() -> Vec<Figure>),
+    /// By a test that needs more than this library: its file and name.
+    Test(&'static str),
+    /// Not at all, because lightbox has nothing that could fail: why.
+    Absent(&'static str),
+}
+
+/// Whose picture of a case is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Side {
+    /// The naive method's.
+    Naive,
+    /// Lightbox's.
+    Lightbox,
+}
+
+/// All cases in order.
+pub fn cases() -> impl Iterator<Item = &'static Case> {
+    AREAS.iter().flat_map(|(_, cases)| cases.iter())
+}
+
+/// The case of an id, in upper or lower case.
+pub fn find(id: &str) -> Option<&'static Case> {
+    cases().find(|case| case.id.eq_ignore_ascii_case(id))
+}
