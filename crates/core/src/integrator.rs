@@ -17,6 +17,7 @@ use glam::Vec3;
 use crate::bsdf::Bsdf;
 use crate::geometry::SurfacePoint;
 use crate::math::Ray;
+use crate::planted::{self, Bug};
 use crate::sampler::{Dim, Sampler};
 use crate::scene::Scene;
 use crate::settings::Method;
@@ -52,7 +53,7 @@ pub fn radiance(
         let wo = -ray.dir;
         let front = wo.dot(point.n) > 0.0;
         let material = scene.material(hit.prim);
-        if front && material.emits() {
+        if front != planted::has(Bug::OneSidedFlagFlipped) && material.emits() {
             let weight = match (method, direction_pdf) {
                 (Method::Naive, _) | (_, None) => 1.0,
                 (Method::Nee, _) => 0.0,
@@ -65,6 +66,9 @@ pub fn radiance(
                 }
             };
             radiance += weight * throughput * material.emission;
+            if planted::has(Bug::LastBounceEmissionDoubled) && bounce + 1 >= depth {
+                radiance += weight * throughput * material.emission;
+            }
         }
         if bounce + 1 >= depth {
             break;
@@ -88,9 +92,12 @@ pub fn radiance(
             if roulette >= survival {
                 break;
             }
-            throughput /= survival;
+            if !planted::has(Bug::RouletteWeightOmitted) {
+                throughput /= survival;
+            }
         }
-        direction_pdf = (!sample.specular).then_some(sample.pdf);
+        direction_pdf =
+            (!sample.specular || planted::has(Bug::MirrorWeighted)).then_some(sample.pdf);
         ray = Ray::new(point.leave(sample.wi), sample.wi);
     }
     radiance
@@ -137,13 +144,18 @@ fn direct_light(
         Method::Mis => power_heuristic(light.pdf, bsdf.pdf(cos)),
         Method::Naive | Method::Nee => 1.0,
     };
+    let cos = if planted::has(Bug::CosineDropped) {
+        1.0
+    } else {
+        cos
+    };
     let f = bsdf.diffuse() * std::f32::consts::FRAC_1_PI;
     f * scene.material(light.prim).emission * (weight * cos / light.pdf)
 }
 
 /// Weight of a sample drawn with density `a` where `b` could have drawn it too:
 /// a²/(a² + b²), in a form that neither overflows nor divides 0 by 0 (Veach & Guibas 1995).
-fn power_heuristic(a: f32, b: f32) -> f32 {
+pub(crate) fn power_heuristic(a: f32, b: f32) -> f32 {
     if a >= b {
         let r = b / a;
         1.0 / (1.0 + r * r)

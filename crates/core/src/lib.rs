@@ -28,6 +28,7 @@
 pub mod color;
 pub mod filter;
 pub mod math;
+pub mod planted;
 pub mod sampler;
 pub mod settings;
 pub mod suggest;

@@ -10,6 +10,7 @@ use glam::Vec3;
 
 use crate::geometry::{Primitive, Primitives, SurfacePoint};
 use crate::math::{Frame, warp};
+use crate::planted::{self, Bug};
 use crate::shape::{Quad, Sphere, triangle_area, unit_normal};
 
 /// Solid angle, sr, below which rectangles are sampled by area.
@@ -64,7 +65,7 @@ impl Lights {
     }
 
     /// Chooses an emitter: its primitive id and the probability of the choice.
-    fn pick(&self, u: f32) -> Option<(u32, f32)> {
+    pub(crate) fn pick(&self, u: f32) -> Option<(u32, f32)> {
         if self.emitters.len() == 1 {
             return Some((self.emitters[0], 1.0));
         }
@@ -80,7 +81,7 @@ impl Lights {
     }
 
     /// Probability that [`Lights::sample`] chooses primitive `prim`.
-    fn probability(&self, prim: u32) -> f32 {
+    pub(crate) fn probability(&self, prim: u32) -> f32 {
         if self.emitters.len() == 1 && self.emitters[0] == prim {
             return 1.0;
         }
@@ -110,7 +111,10 @@ impl Lights {
             Primitive::Quad(quad) => sample_quad(&quad, p, u)?,
             Primitive::Sphere(sphere) => sample_sphere(&sphere, p, u)?,
         };
-        let pdf = pdf * probability;
+        let mut pdf = pdf * probability;
+        if planted::has(Bug::PdfTimes1_02) {
+            pdf *= 1.02;
+        }
         (pdf > 0.0 && pdf.is_finite()).then_some(LightSample { prim, point, pdf })
     }
 

@@ -4,6 +4,7 @@
 //! Sample `i` belongs to half `i & 1`: the two halves use unrelated randomisations and are
 //! accumulated apart, so that their difference measures the noise of the picture.
 
+use crate::planted::{self, Bug};
 use crate::settings::SamplerKind;
 
 /// What a pair of random numbers is for. Numbered by purpose, not by order of use, so that a
@@ -60,6 +61,11 @@ impl Sampler {
 
     /// Two numbers in [0, 1).
     pub fn get_2d(&self, dim: Dim) -> [f32; 2] {
+        let dim = if planted::has(Bug::DimensionsShared) {
+            Dim::Pixel
+        } else {
+            dim
+        };
         let key = mix(self
             .key
             .wrapping_add(u64::from(dim.index()).wrapping_mul(0x9e37_79b9_7f4a_7c15)));
@@ -86,7 +92,10 @@ impl Sampler {
 }
 
 /// The 24 high bits as a number in [0, 1 − 2⁻²⁴]: a plain division by 2³² could round up to 1.
-fn unit_f32(bits: u32) -> f32 {
+pub(crate) fn unit_f32(bits: u32) -> f32 {
+    if planted::has(Bug::UReachesOne) {
+        return bits as f32 * (1.0 / (1u64 << 32) as f32);
+    }
     (bits >> 8) as f32 * (1.0 / (1 << 24) as f32)
 }
 

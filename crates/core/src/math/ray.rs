@@ -2,6 +2,8 @@
 
 use glam::Vec3;
 
+use crate::planted::{self, Bug};
+
 /// A half-line with an end: the points `origin + t·dir` for `0 < t ≤ t_max`.
 #[derive(Clone, Copy, Debug)]
 pub struct Ray {
@@ -41,7 +43,10 @@ pub const fn gamma(n: u32) -> f32 {
 /// of `w`, and rounded away from `p` (Pharr, Jakob & Humphreys 2016, §3.9.5). Relative to the
 /// coordinates, so a scene scaled by 2ᵏ gives the same point scaled by 2ᵏ.
 pub fn offset_origin(p: Vec3, p_err: Vec3, n: Vec3, w: Vec3) -> Vec3 {
-    let distance = n.abs().dot(p_err);
+    let mut distance = n.abs().dot(p_err);
+    if planted::has(Bug::EpsilonTimes100) {
+        distance *= 100.0;
+    }
     let offset = if w.dot(n) < 0.0 { -distance } else { distance } * n;
     let round_away = |moved: f32, offset: f32| {
         if offset > 0.0 {

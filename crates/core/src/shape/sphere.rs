@@ -9,6 +9,7 @@
 use glam::Vec3;
 
 use crate::math::Ray;
+use crate::planted::{self, Bug};
 
 /// A sphere; its front is the outside.
 #[derive(Clone, Copy, Debug)]
@@ -36,6 +37,9 @@ impl Sphere {
         let q = b + half_chord.copysign(b);
         let other = if q == 0.0 { 0.0 } else { c / q };
         let (near, far) = if q < other { (q, other) } else { (other, q) };
+        if planted::has(Bug::SeedRootRule) {
+            return Some(if near * far >= 0.0 { near } else { far });
+        }
         let t = if near > 0.0 { near } else { far };
         (t > 0.0 && t <= t_max).then_some(t)
     }

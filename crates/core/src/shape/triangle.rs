@@ -9,6 +9,7 @@
 use glam::Vec3;
 
 use crate::math::{Ray, gamma};
+use crate::planted::{self, Bug};
 
 /// A ray in the form the triangle test wants: computed once per ray.
 #[derive(Clone, Copy, Debug)]
@@ -114,7 +115,7 @@ pub(super) fn sheared_triangle(
     // What may be a hit gets exact products: they decide the zeros, and t stays within a few ulp
     // however thin the triangle.
     let (u, v, w) = (edge_f64(b, c), edge_f64(c, a), edge_f64(a, b));
-    if disagree(u, v, w) {
+    if disagree(u, v, w) || planted::has(Bug::StrictEdges) && u * v * w == 0.0 {
         return None;
     }
     let det = u + v + w;
