@@ -43,7 +43,7 @@ fn density_of_a_rectangle_is_one_over_its_solid_angle() {
             .map(|i| {
                 scene
                     .lights()
-                    .sample(scene.primitives(), p, 0.5, numbers(i, Dim::LightPoint(0)))
+                    .sample(p, || 0.5, || numbers(i, Dim::LightPoint(0)))
             })
             .map(|sample| 1.0 / f64::from(sample.expect("it is in front").pdf))
             .sum();
@@ -59,16 +59,15 @@ fn density_of_a_sample_is_what_is_told_when_asked() {
             + &quad("[3, 0, 0], [3.7, 0.3, 0], [4, 1, 0.2], [3.3, 0.7, 0.2]")
             + "[[sphere]]\nmaterial = 'lamp'\ncenter = [-3, 0, 0]\nradius = 1\n"),
     );
-    let (lights, primitives) = (scene.lights(), scene.primitives());
+    let lights = scene.lights();
     for i in 0..20_000 {
         let [x, y] = numbers(i, Dim::Pixel);
         let [z, pick] = numbers(i, Dim::LightPick(0));
         let p = Vec3::new(10.0 * x - 5.0, 4.0 * y - 2.0, 0.01 + 3.0 * z);
-        let Some(sample) = lights.sample(primitives, p, pick, numbers(i, Dim::LightPoint(0)))
-        else {
+        let Some(sample) = lights.sample(p, || pick, || numbers(i, Dim::LightPoint(0))) else {
             continue;
         };
-        let asked = lights.pdf(primitives, p, sample.prim, sample.point.p);
+        let asked = lights.pdf(p, sample.prim, sample.point.p);
         assert!(
             (asked / sample.pdf - 1.0).abs() < 2e-3,
             "{p}: {asked} and {}",
@@ -101,7 +100,7 @@ fn rectangle_samples_are_uniform_in_solid_angle() {
             let u = numbers(i, Dim::LightPoint(1));
             let q = scene
                 .lights()
-                .sample(scene.primitives(), p, 0.5, u)
+                .sample(p, || 0.5, || u)
                 .expect("in front")
                 .point
                 .p
@@ -124,10 +123,9 @@ fn sphere_samples_are_uniform_in_the_cone() {
         let n = 100_000;
         let mut observed = [0.0; 64];
         for i in 0..n {
-            let sample =
-                scene
-                    .lights()
-                    .sample(scene.primitives(), p, 0.5, numbers(i, Dim::LightPoint(2)));
+            let sample = scene
+                .lights()
+                .sample(p, || 0.5, || numbers(i, Dim::LightPoint(2)));
             let sample = sample.expect("outside");
             let d = (sample.point.p - p).as_dvec3().normalize();
             let (u, v) = ((1.0 + d.z) / (1.0 - cos_max), d.y.atan2(d.x) / TAU + 0.5);
@@ -158,7 +156,7 @@ fn lights_are_chosen_by_power() {
         let p = Vec3::new(0.0, 0.0, 1.0);
         observed[scene
             .lights()
-            .sample(scene.primitives(), p, pick, [0.5; 2])
+            .sample(p, || pick, || [0.5; 2])
             .expect("in front")
             .prim as usize] += 1.0;
     }
@@ -211,7 +209,7 @@ fn light_sampling_survives_any_reference_point() {
         }
         for u in [[0.0, 0.0], [0.5, 0.5], [last, last], [0.0, last]] {
             for pick in [0.0, 0.5, last] {
-                if let Some(s) = scene.lights().sample(scene.primitives(), p, pick, u) {
+                if let Some(s) = scene.lights().sample(p, || pick, || u) {
                     assert!(
                         s.pdf.is_finite() && s.pdf > 0.0 && s.point.p.is_finite(),
                         "{p} {u:?}: {s:?}"
@@ -240,7 +238,7 @@ fn diffuse_directions_follow_the_cosine() {
         let bsdf = Bsdf::Diffuse(Vec3::splat(0.25));
         for i in 0..count {
             let u = numbers(i, Dim::BsdfDirection(0));
-            let s = bsdf.sample(n, n, true, 0.5, u).expect("it scatters");
+            let s = bsdf.sample(n, n, true, || 0.5, || u).expect("it scatters");
             let (cos, x, y) = (s.wi.dot(n), s.wi.dot(frame.s), s.wi.dot(frame.t));
             assert!(cos > 0.0 && s.weight == Vec3::splat(0.25));
             assert!(
@@ -272,9 +270,15 @@ fn blend_conserves_energy() {
     let wo = Vec3::new(0.6, 0.0, 0.8);
     let (mut specular, mut weight) = (0.0, 0.0);
     for i in 0..n {
-        let [choice, _] = numbers(i, Dim::Choice(0));
+        let [lobe, _] = numbers(i, Dim::Lobe(0));
         let s = bsdf
-            .sample(wo, Vec3::Z, true, choice, numbers(i, Dim::BsdfDirection(1)))
+            .sample(
+                wo,
+                Vec3::Z,
+                true,
+                || lobe,
+                || numbers(i, Dim::BsdfDirection(1)),
+            )
             .expect("it scatters");
         specular += f64::from(u8::from(s.specular)) / f64::from(n);
         weight += f64::from(s.weight.x) / f64::from(n);
@@ -292,7 +296,7 @@ fn glass_bends_by_snell_and_keeps_unit_length() {
             for (front, eta) in [(true, 1.0 / ior), (false, ior)] {
                 // The last choice refracts unless all is reflected.
                 let s = Bsdf::Glass(ior)
-                    .sample(wo, Vec3::Z, front, 1.0 - 1e-7, [0.5; 2])
+                    .sample(wo, Vec3::Z, front, || 1.0 - 1e-7, || [0.5; 2])
                     .expect("it scatters");
                 assert!((s.wi.length() - 1.0).abs() < 4.0 * f32::EPSILON && s.weight == Vec3::ONE);
                 if s.wi.z < 0.0 {

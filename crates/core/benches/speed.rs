@@ -92,12 +92,9 @@ fn rays(name: &str, scene: &Arc<Scene>) {
             sampler.get_2d(Dim::BsdfDirection(0)),
         ));
         diffuse.push(Ray::new(point.leave(wi), wi.normalize()));
-        let light = scene.lights().sample(
-            scene.primitives(),
-            point.p,
-            0.5,
-            sampler.get_2d(Dim::LightPoint(0)),
-        );
+        let light = scene
+            .lights()
+            .sample(point.p, || 0.5, || sampler.get_2d(Dim::LightPoint(0)));
         if let Some(light) = light {
             let d: Vec3 = light.point.p - point.p;
             let from = point.leave(d);

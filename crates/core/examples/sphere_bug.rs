@@ -3,13 +3,15 @@
 //! sphere_bug -- docs` writes docs/sphere-right.png and its two wrong sisters.
 
 use std::path::Path;
+use std::sync::atomic::AtomicBool;
 
 use glam::Vec3;
 use lightbox_core::color::ToneMap;
+use lightbox_core::integrator::Wave;
 use lightbox_core::math::Ray;
 use lightbox_core::sampler::{Dim, Sampler};
 use lightbox_core::shape::Sphere;
-use lightbox_core::{Image, Method, SamplerKind, integrator, scene};
+use lightbox_core::{Image, Method, SamplerKind, scene};
 use rayon::prelude::*;
 
 const SIZE: u32 = 320;
@@ -70,29 +72,31 @@ fn main() -> Result<(), String> {
     ] {
         let pixels = (0..SIZE * SIZE).into_par_iter().map(|i| {
             let pixel = [i % SIZE, i / SIZE];
-            let sum: Vec3 = (0..SAMPLES)
-                .map(|sample| {
-                    let sampler = Sampler::new(SamplerKind::Sobol, 0, pixel, sample);
-                    let [x, y] = sampler.get_2d(Dim::Pixel);
-                    let mut ray = camera.ray(pixel, [x - 0.5, y - 0.5]);
-                    // Reflections until the ray leaves the ball for good.
-                    for _ in 0..64 {
-                        let wall = room.intersect(&ray).map_or(f32::INFINITY, |hit| hit.t);
-                        let Some(t) = intersect(&ball, &ray, roots).filter(|t| *t < wall) else {
-                            break;
-                        };
-                        let p = ray.at(t);
-                        let n = (p - ball.center) / ball.radius;
-                        let reflected = (ray.dir - 2.0 * ray.dir.dot(n) * n).normalize();
-                        let outside = matches!(roots, Roots::Right);
-                        ray = Ray::new(if outside { p + n * 1e-5 } else { p }, reflected);
-                        if let Roots::Far = roots {
-                            break; // Once, to see what the back of the ball reflects.
-                        }
+            let mut wave = Wave::default();
+            for sample in 0..SAMPLES {
+                let sampler = Sampler::new(SamplerKind::Sobol, 0, pixel, sample);
+                let [x, y] = sampler.get_2d(Dim::Pixel);
+                let mut ray = camera.ray(pixel, [x - 0.5, y - 0.5]);
+                // Reflections until the ray leaves the ball for good.
+                for _ in 0..64 {
+                    let wall = room.intersect(&ray).map_or(f32::INFINITY, |hit| hit.t);
+                    let Some(t) = intersect(&ball, &ray, roots).filter(|t| *t < wall) else {
+                        break;
+                    };
+                    let p = ray.at(t);
+                    let n = (p - ball.center) / ball.radius;
+                    let reflected = (ray.dir - 2.0 * ray.dir.dot(n) * n).normalize();
+                    let outside = matches!(roots, Roots::Right);
+                    ray = Ray::new(if outside { p + n * 1e-5 } else { p }, reflected);
+                    if let Roots::Far = roots {
+                        break; // Once, to see what the back of the ball reflects.
                     }
-                    integrator::radiance(&room, Method::Mis, 8, ray, &sampler, &mut 0)
-                })
-                .sum();
+                }
+                wave.push(ray, sampler);
+            }
+            let never = AtomicBool::new(false);
+            let found = wave.trace(&room, Method::Mis, 8, &never, &mut 0);
+            let sum: Vec3 = found.into_iter().flatten().sum();
             sum / SAMPLES as f32
         });
         let image = Image {

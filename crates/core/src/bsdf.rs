@@ -63,17 +63,19 @@ impl Bsdf {
     }
 
     /// Draws a direction. `n` is the unit normal on the side of `wo`, `front` tells whether that
-    /// is the front, `wo` points away from the surface. `None` where nothing is scattered.
+    /// is the front, `wo` points away from the surface. `lobe` and `u` give numbers in [0, 1);
+    /// what is not needed is not drawn. `None` where nothing is scattered.
+    #[inline]
     pub fn sample(
         &self,
         wo: Vec3,
         n: Vec3,
         front: bool,
-        choice: f32,
-        u: [f32; 2],
+        lobe: impl FnOnce() -> f32,
+        u: impl FnOnce() -> [f32; 2],
     ) -> Option<BsdfSample> {
         let diffuse = |reflectance: Vec3, share: f32| {
-            let local = warp::cosine_hemisphere(u);
+            let local = warp::cosine_hemisphere(u());
             (local.z > 0.0).then(|| BsdfSample {
                 wi: Frame::around(n).world_from_local(local).normalize(),
                 weight: reflectance / share,
@@ -111,7 +113,7 @@ impl Bsdf {
                 let share = self.diffuse_share();
                 if !(share >= 0.0) {
                     None // Both reflectances are zero.
-                } else if choice < share {
+                } else if lobe() < share {
                     diffuse(d, share)
                 } else {
                     specular(reflect(wo, n), m / (1.0 - share))
@@ -123,7 +125,7 @@ impl Bsdf {
                 let (reflectance, cos_t) = fresnel(cos, eta);
                 // Chosen in proportion, so the weight is 1. Paths carry basic radiance L/n²
                 // (Veach 1997), which refraction does not change; camera and lights are in air.
-                if choice < reflectance {
+                if lobe() < reflectance {
                     specular(reflect(wo, n), Vec3::ONE)
                 } else {
                     specular(eta * -wo + (eta * cos - cos_t) * n, Vec3::ONE)

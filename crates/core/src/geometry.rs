@@ -75,12 +75,13 @@ impl SurfacePoint {
     /// The point of a triangle with barycentric coordinates (1−b1−b2, b1, b2).
     pub fn of_triangle(triangle: [Vec3; 3], b: [f32; 2]) -> Self {
         let [v0, v1, v2] = triangle;
+        Self::of_triangle_with(triangle, unit_normal(v1 - v0, v2 - v0), b)
+    }
+
+    /// The same, of a triangle whose unit normal `n` is known.
+    pub fn of_triangle_with(triangle: [Vec3; 3], n: Vec3, b: [f32; 2]) -> Self {
         let (p, p_err) = interpolate(triangle, b);
-        Self {
-            p,
-            p_err,
-            n: unit_normal(v1 - v0, v2 - v0),
-        }
+        Self { p, p_err, n }
     }
 
     /// The point (u, v) of a quad.

@@ -1,4 +1,4 @@
-//! Light transport: the radiance that one path finds.
+//! Light transport: the radiance that paths find.
 //!
 //! A path of depth d has d segments from the camera to the light: depth 1 is light seen
 //! directly. The three methods share one loop and differ only in how they count light that a
@@ -11,11 +11,17 @@
 //! | mis | 1 from the camera and after mirror or glass, else its power-heuristic weight | its weight |
 //!
 //! The background is not aimed at: it counts fully in every method.
+//!
+//! Paths advance together, a bounce at a time, as a [`Wave`]: all their rays are cast, then all
+//! hits are shaded, then all shadow rays are cast. No path sees another, so what a path finds
+//! does not depend on its wave.
+
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::Vec3;
 
 use crate::bsdf::Bsdf;
-use crate::geometry::SurfacePoint;
+use crate::geometry::{Hit, SurfacePoint};
 use crate::math::Ray;
 use crate::planted::{self, Bug};
 use crate::sampler::{Dim, Sampler};
@@ -29,116 +35,203 @@ const ROULETTE_FROM: u32 = 3;
 /// a path between perfect mirrors would never end.
 const SURVIVAL: (f32, f32) = (0.05, 0.95);
 
-/// Follows a path from `ray` and returns the radiance it brings back, W/(m²·sr); `rays` counts
-/// the rays cast.
-pub fn radiance(
-    scene: &Scene,
-    method: Method,
-    depth: u32,
-    mut ray: Ray,
-    sampler: &Sampler,
-    rays: &mut u64,
-) -> Vec3 {
-    let mut radiance = Vec3::ZERO;
-    let mut throughput = Vec3::ONE;
-    // The density with which the last direction was drawn; `None` if it was the only one.
-    let mut direction_pdf: Option<f32> = None;
-    for bounce in 0.. {
-        *rays += 1;
-        let Some(hit) = scene.intersect(&ray) else {
-            radiance += throughput * scene.background();
-            break;
-        };
-        let point = scene.primitives().surface_point(&ray, &hit);
-        let wo = -ray.dir;
-        let front = wo.dot(point.n) > 0.0;
-        let material = scene.material(hit.prim);
-        if front != planted::has(Bug::OneSidedFlagFlipped) && material.emits() {
-            let weight = match (method, direction_pdf) {
-                (Method::Naive, _) | (_, None) => 1.0,
-                (Method::Nee, _) => 0.0,
-                (Method::Mis, Some(pdf)) => {
-                    let light_pdf =
-                        scene
-                            .lights()
-                            .pdf(scene.primitives(), ray.origin, hit.prim, point.p);
-                    power_heuristic(pdf, light_pdf)
-                }
-            };
-            radiance += weight * throughput * material.emission;
-            if planted::has(Bug::LastBounceEmissionDoubled) && bounce + 1 >= depth {
-                radiance += weight * throughput * material.emission;
-            }
-        }
-        if bounce + 1 >= depth {
-            break;
-        }
+/// Density of a direction that was the only one possible: from the camera, mirror or glass.
+const ONLY: f32 = f32::INFINITY;
 
-        let bsdf = material.bsdf(|| scene.primitives().uv(&hit));
-        let n = if front { point.n } else { -point.n };
-        if method != Method::Naive && bsdf.diffuse() != Vec3::ZERO {
-            radiance +=
-                throughput * direct_light(scene, method, &point, n, &bsdf, sampler, bounce, rays);
-        }
-
-        let [choice, roulette] = sampler.get_2d(Dim::Choice(bounce));
-        let u = sampler.get_2d(Dim::BsdfDirection(bounce));
-        let Some(sample) = bsdf.sample(wo, n, front, choice, u) else {
-            break;
-        };
-        throughput *= sample.weight;
-        if bounce >= ROULETTE_FROM {
-            let survival = throughput.max_element().clamp(SURVIVAL.0, SURVIVAL.1);
-            if roulette >= survival {
-                break;
-            }
-            if !planted::has(Bug::RouletteWeightOmitted) {
-                throughput /= survival;
-            }
-        }
-        direction_pdf =
-            (!sample.specular || planted::has(Bug::MirrorWeighted)).then_some(sample.pdf);
-        ray = Ray::new(point.leave(sample.wi), sample.wi);
-    }
-    radiance
+/// A path on its way.
+#[derive(Clone, Copy, Debug)]
+struct Path {
+    sampler: Sampler,
+    throughput: Vec3,
+    /// Density per solid angle with which the direction of its ray was drawn, or [`ONLY`].
+    direction_pdf: f32,
+    /// Where its radiance is added up.
+    index: u32,
 }
 
-/// Light that reaches `point` straight from one point of one light and leaves along the path,
-/// over the probability of the choice.
-#[expect(clippy::too_many_arguments, reason = "one step of the loop above")]
-fn direct_light(
+/// A ray to a point on a light, and what arrives if nothing stands between.
+#[derive(Clone, Copy, Debug)]
+struct ShadowRay {
+    ray: Ray,
+    /// The light itself, which is not asked.
+    light: u32,
+    radiance: Vec3,
+    /// Index of its path.
+    index: u32,
+}
+
+/// Paths that advance together. Its memory is used again from wave to wave.
+#[derive(Debug, Default)]
+pub struct Wave {
+    paths: Vec<Path>,
+    /// The next segment of each path.
+    rays: Vec<Ray>,
+    hits: Vec<Option<Hit>>,
+    shadow_rays: Vec<ShadowRay>,
+    radiance: Vec<Vec3>,
+}
+
+impl Wave {
+    /// Adds a path that starts with `ray`. Paths are numbered in the order in which they are added.
+    #[inline]
+    pub fn push(&mut self, ray: Ray, sampler: Sampler) {
+        self.paths.push(Path {
+            sampler,
+            throughput: Vec3::ONE,
+            direction_pdf: ONLY,
+            index: self.radiance.len() as u32,
+        });
+        self.rays.push(ray);
+        self.radiance.push(Vec3::ZERO);
+    }
+
+    /// Number of paths added.
+    pub fn len(&self) -> usize {
+        self.radiance.len()
+    }
+
+    /// Whether none was added.
+    pub fn is_empty(&self) -> bool {
+        self.radiance.is_empty()
+    }
+
+    /// Forgets all paths.
+    pub fn clear(&mut self) {
+        self.paths.clear();
+        self.rays.clear();
+        self.radiance.clear();
+    }
+
+    /// Follows all paths to their ends and returns the radiance that each brings back,
+    /// W/(m²·sr); `rays` counts the rays cast. `None` if `cancel` was set meanwhile.
+    pub fn trace(
+        &mut self,
+        scene: &Scene,
+        method: Method,
+        depth: u32,
+        cancel: &AtomicBool,
+        rays: &mut u64,
+    ) -> Option<&[Vec3]> {
+        for bounce in 0..depth {
+            if self.paths.is_empty() {
+                break;
+            }
+            if cancel.load(Ordering::Relaxed) {
+                return None;
+            }
+            *rays += self.rays.len() as u64;
+            scene.intersect_all(&self.rays, &mut self.hits);
+            self.shade(scene, method, bounce, bounce + 1 == depth);
+            *rays += self.shadow_rays.len() as u64;
+            for shadow in &self.shadow_rays {
+                if !scene.occluded(&shadow.ray, shadow.light) {
+                    self.radiance[shadow.index as usize] += shadow.radiance;
+                }
+            }
+        }
+        Some(&self.radiance)
+    }
+
+    /// Adds the light that the paths have run into, aims at lights, and sends the paths on; those
+    /// that end, all if this `is_last`, are taken out.
+    fn shade(&mut self, scene: &Scene, method: Method, bounce: u32, is_last: bool) {
+        self.shadow_rays.clear();
+        let mut kept = 0;
+        for i in 0..self.paths.len() {
+            let (mut path, ray) = (self.paths[i], self.rays[i]);
+            let radiance = &mut self.radiance[path.index as usize];
+            let Some(hit) = self.hits[i] else {
+                *radiance += path.throughput * scene.background();
+                continue;
+            };
+            let point = scene.primitives().surface_point(&ray, &hit);
+            let wo = -ray.dir;
+            let front = wo.dot(point.n) > 0.0;
+            let material = scene.material(hit.prim);
+            if front != planted::has(Bug::OneSidedFlagFlipped) && material.emits() {
+                let weight = match method {
+                    Method::Naive => 1.0,
+                    Method::Nee => f32::from(path.direction_pdf == ONLY),
+                    Method::Mis if path.direction_pdf == ONLY => 1.0,
+                    Method::Mis => power_heuristic(
+                        path.direction_pdf,
+                        scene.lights().pdf(ray.origin, hit.prim, point.p),
+                    ),
+                };
+                *radiance += weight * path.throughput * material.emission;
+                if is_last && planted::has(Bug::LastBounceEmissionDoubled) {
+                    *radiance += weight * path.throughput * material.emission;
+                }
+            }
+            if is_last {
+                continue;
+            }
+
+            let bsdf = material.bsdf(|| scene.primitives().uv(&hit));
+            let n = if front { point.n } else { -point.n };
+            if method != Method::Naive && bsdf.diffuse() != Vec3::ZERO {
+                self.shadow_rays
+                    .extend(aim(scene, method, &point, n, &bsdf, &path, bounce));
+            }
+            if let Some(ray) = scatter(&mut path, wo, &point, n, front, &bsdf, bounce) {
+                (self.paths[kept], self.rays[kept]) = (path, ray);
+                kept += 1;
+            }
+        }
+        self.paths.truncate(kept);
+        self.rays.truncate(kept);
+    }
+}
+
+/// Draws where a path goes from a surface, and whether: the next ray.
+#[inline(always)]
+fn scatter(
+    path: &mut Path,
+    wo: Vec3,
+    point: &SurfacePoint,
+    n: Vec3,
+    front: bool,
+    bsdf: &Bsdf,
+    bounce: u32,
+) -> Option<Ray> {
+    let sampler = &path.sampler;
+    let lobe = || sampler.get_1d(Dim::Lobe(bounce));
+    let u = || sampler.get_2d(Dim::BsdfDirection(bounce));
+    let sample = bsdf.sample(wo, n, front, lobe, u)?;
+    path.throughput *= sample.weight;
+    if bounce >= ROULETTE_FROM {
+        let survival = path.throughput.max_element().clamp(SURVIVAL.0, SURVIVAL.1);
+        if path.sampler.get_1d(Dim::Roulette(bounce)) >= survival {
+            return None;
+        }
+        if !planted::has(Bug::RouletteWeightOmitted) {
+            path.throughput /= survival;
+        }
+    }
+    let is_only = sample.specular && !planted::has(Bug::MirrorWeighted);
+    path.direction_pdf = if is_only { ONLY } else { sample.pdf };
+    Some(Ray::new(point.leave(sample.wi), sample.wi))
+}
+
+/// Aims at one point of one light: the light that would reach `point` from there and leave along
+/// the path, over the probability of the choice.
+#[inline(always)]
+fn aim(
     scene: &Scene,
     method: Method,
     point: &SurfacePoint,
     n: Vec3,
     bsdf: &Bsdf,
-    sampler: &Sampler,
+    path: &Path,
     bounce: u32,
-    rays: &mut u64,
-) -> Vec3 {
-    let [pick, _] = sampler.get_2d(Dim::LightPick(bounce));
-    let u = sampler.get_2d(Dim::LightPoint(bounce));
-    let Some(light) = scene.lights().sample(scene.primitives(), point.p, pick, u) else {
-        return Vec3::ZERO;
-    };
+) -> Option<ShadowRay> {
+    let pick = || path.sampler.get_1d(Dim::LightPick(bounce));
+    let u = || path.sampler.get_2d(Dim::LightPoint(bounce));
+    let light = scene.lights().sample(point.p, pick, u)?;
     let toward = (light.point.p - point.p).normalize();
     let cos = n.dot(toward);
     if !(cos > 0.0) {
-        return Vec3::ZERO;
-    }
-    // Both ends leave their surface, and the light itself is not asked, so that nothing but
-    // what truly stands between can shade.
-    let from = point.leave(toward);
-    let segment = light.point.leave(-toward) - from;
-    let distance = segment.length();
-    let shadow = Ray {
-        origin: from,
-        dir: segment / distance,
-        t_max: distance,
-    };
-    *rays += 1;
-    if scene.occluded(&shadow, light.prim) {
-        return Vec3::ZERO;
+        return None;
     }
     let weight = match method {
         Method::Mis => power_heuristic(light.pdf, bsdf.pdf(cos)),
@@ -150,7 +243,21 @@ fn direct_light(
         cos
     };
     let f = bsdf.diffuse() * std::f32::consts::FRAC_1_PI;
-    f * scene.material(light.prim).emission * (weight * cos / light.pdf)
+    let arriving = f * scene.material(light.prim).emission * (weight * cos / light.pdf);
+    // Both ends leave their surface, so that nothing but what truly stands between can shade.
+    let from = point.leave(toward);
+    let segment = light.point.leave(-toward) - from;
+    let distance = segment.length();
+    Some(ShadowRay {
+        ray: Ray {
+            origin: from,
+            dir: segment / distance,
+            t_max: distance,
+        },
+        light: light.prim,
+        radiance: path.throughput * arriving,
+        index: path.index,
+    })
 }
 
 /// Weight of a sample drawn with density `a` where `b` could have drawn it too:

@@ -1,16 +1,20 @@
 //! The composition root: tiles, pixels, samples.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 use rayon::prelude::*;
 
 use crate::camera::Camera;
-use crate::film::Film;
+use crate::film::{Film, TileRect};
 use crate::filter::FilterSampler;
-use crate::integrator;
+use crate::integrator::Wave;
 use crate::sampler::{Dim, Sampler};
 use crate::scene::Scene;
 use crate::settings::RenderSettings;
+
+/// Paths that advance together: enough to share the cost of each step, few enough to stay in the
+/// second cache.
+const WAVE: usize = 1024;
 
 /// A scene, a camera and settings: all that decides a picture.
 #[derive(Clone, Debug)]
@@ -87,31 +91,43 @@ impl View {
 
     fn render_tile(&self, film: &Film, tile: usize, samples: u64, cancel: &AtomicBool) -> Work {
         let (mut batch, first) = film.batch(tile);
-        let (rect, mut work) = (batch.rect, Work::default());
-        for y in 0..rect.height {
-            for x in 0..rect.width {
-                if cancel.load(Ordering::Relaxed) {
-                    return Work::default();
-                }
-                for sample in first..samples {
-                    let pixel = [rect.x + x, rect.y + y];
-                    let sampler =
-                        Sampler::new(self.settings.sampler, self.settings.seed, pixel, sample);
-                    let (offset, stratum) = self.filter.sample(sampler.get_2d(Dim::Pixel));
-                    let ray = self.camera.ray(pixel, offset);
-                    let RenderSettings { method, depth, .. } = self.settings;
-                    let radiance = integrator::radiance(
-                        &self.scene,
-                        method,
-                        depth,
-                        ray,
-                        &sampler,
-                        &mut work.rays,
-                    );
-                    batch.add([x, y], sample, stratum, radiance);
-                    work.paths += 1;
-                }
+        let RenderSettings {
+            method,
+            depth,
+            sampler: kind,
+            seed,
+            ..
+        } = self.settings;
+        let TileRect {
+            x: left,
+            y: top,
+            width,
+            height,
+        } = batch.rect;
+        let (mut wave, mut places) = (Wave::default(), Vec::with_capacity(WAVE));
+        let mut work = Work::default();
+        let mut todo = (0..height)
+            .flat_map(|y| (0..width).map(move |x| [x, y]))
+            .flat_map(|pixel| (first..samples).map(move |sample| (pixel, sample)))
+            .peekable();
+        while todo.peek().is_some() {
+            wave.clear();
+            places.clear();
+            for ([x, y], sample) in todo.by_ref().take(WAVE) {
+                let pixel = [left + x, top + y];
+                let sampler = Sampler::new(kind, seed, pixel, sample);
+                let (offset, stratum) = self.filter.sample(sampler.get_2d(Dim::Pixel));
+                wave.push(self.camera.ray(pixel, offset), sampler);
+                places.push(([x, y], sample, stratum));
             }
+            let Some(radiance) = wave.trace(&self.scene, method, depth, cancel, &mut work.rays)
+            else {
+                return Work::default();
+            };
+            for ((pixel, sample, stratum), radiance) in places.iter().zip(radiance) {
+                batch.add(*pixel, *sample, *stratum, *radiance);
+            }
+            work.paths += places.len() as u64;
         }
         if samples > first {
             film.merge(tile, &batch, first, samples);

@@ -7,7 +7,7 @@
 use crate::planted::{self, Bug};
 use crate::settings::SamplerKind;
 
-/// What a pair of random numbers is for. Numbered by purpose, not by order of use, so that a
+/// What a random number, or a pair, is for. Numbered by purpose, not by order of use, so that a
 /// branch not taken shifts nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Dim {
@@ -15,9 +15,11 @@ pub enum Dim {
     Pixel,
     /// Direction of the BSDF at a bounce (the first surface is bounce 0).
     BsdfDirection(u32),
-    /// First: lobe of the BSDF; second: Russian roulette.
-    Choice(u32),
-    /// First: which light; second is free.
+    /// Lobe of the BSDF.
+    Lobe(u32),
+    /// Russian roulette.
+    Roulette(u32),
+    /// Which light.
     LightPick(u32),
     /// Point on the light.
     LightPoint(u32),
@@ -27,10 +29,11 @@ impl Dim {
     fn index(self) -> u32 {
         match self {
             Self::Pixel => 0,
-            Self::BsdfDirection(b) => b.wrapping_mul(4).wrapping_add(1),
-            Self::Choice(b) => b.wrapping_mul(4).wrapping_add(2),
-            Self::LightPick(b) => b.wrapping_mul(4).wrapping_add(3),
-            Self::LightPoint(b) => b.wrapping_mul(4).wrapping_add(4),
+            Self::BsdfDirection(b) => b.wrapping_mul(5).wrapping_add(1),
+            Self::Lobe(b) => b.wrapping_mul(5).wrapping_add(2),
+            Self::Roulette(b) => b.wrapping_mul(5).wrapping_add(3),
+            Self::LightPick(b) => b.wrapping_mul(5).wrapping_add(4),
+            Self::LightPoint(b) => b.wrapping_mul(5).wrapping_add(5),
         }
     }
 }
@@ -59,16 +62,37 @@ impl Sampler {
         }
     }
 
-    /// Two numbers in [0, 1).
-    pub fn get_2d(&self, dim: Dim) -> [f32; 2] {
+    fn key(&self, dim: Dim) -> u64 {
         let dim = if planted::has(Bug::DimensionsShared) {
             Dim::Pixel
         } else {
             dim
         };
-        let key = mix(self
+        mix(self
             .key
-            .wrapping_add(u64::from(dim.index()).wrapping_mul(0x9e37_79b9_7f4a_7c15)));
+            .wrapping_add(u64::from(dim.index()).wrapping_mul(0x9e37_79b9_7f4a_7c15)))
+    }
+
+    /// A number in [0, 1).
+    #[inline]
+    pub fn get_1d(&self, dim: Dim) -> f32 {
+        let key = self.key(dim);
+        match self.kind {
+            SamplerKind::Independent => unit_f32((mix(key ^ u64::from(self.index)) >> 32) as u32),
+            // Shuffled as in two dimensions, though nothing is paired here: the order of samples
+            // must not be that of another dimension.
+            SamplerKind::Sobol => {
+                let reversed = owen(self.index.reverse_bits(), key as u32);
+                let x = owen(reversed.reverse_bits(), (key >> 32) as u32);
+                unit_f32(x.reverse_bits())
+            }
+        }
+    }
+
+    /// Two numbers in [0, 1).
+    #[inline]
+    pub fn get_2d(&self, dim: Dim) -> [f32; 2] {
+        let key = self.key(dim);
         match self.kind {
             SamplerKind::Independent => {
                 let bits = mix(key ^ u64::from(self.index));
@@ -154,7 +178,7 @@ mod tests {
             Dim::Pixel,
             Dim::BsdfDirection(0),
             Dim::LightPoint(3),
-            Dim::Choice(1000),
+            Dim::Lobe(1000),
         ] {
             for half in [0, 1] {
                 for k in 0..=10 {
@@ -201,7 +225,8 @@ mod tests {
         for dim in (0..6).flat_map(|b| {
             [
                 Dim::BsdfDirection(b),
-                Dim::Choice(b),
+                Dim::Lobe(b),
+                Dim::Roulette(b),
                 Dim::LightPick(b),
                 Dim::LightPoint(b),
             ]

@@ -48,21 +48,11 @@ pub fn offset_origin(p: Vec3, p_err: Vec3, n: Vec3, w: Vec3) -> Vec3 {
         distance *= 100.0;
     }
     let offset = if w.dot(n) < 0.0 { -distance } else { distance } * n;
-    let round_away = |moved: f32, offset: f32| {
-        if offset > 0.0 {
-            moved.next_up()
-        } else if offset < 0.0 {
-            moved.next_down()
-        } else {
-            moved
-        }
-    };
     let moved = p + offset;
-    Vec3::new(
-        round_away(moved.x, offset.x),
-        round_away(moved.y, offset.y),
-        round_away(moved.z, offset.z),
-    )
+    // One or two ulp further; a coordinate that the normal does not touch stays.
+    let away = offset.cmpne(Vec3::ZERO);
+    let ulp = moved.abs() * f32::EPSILON;
+    moved + Vec3::select(away, ulp * offset.signum(), Vec3::ZERO)
 }
 
 #[cfg(test)]

@@ -188,6 +188,7 @@ pub(super) fn lights(primitives: &Primitives, materials: &[Material]) -> Lights 
         return Lights::default();
     }
     Lights::new(
+        primitives,
         primitives
             .slots
             .iter()

@@ -199,6 +199,12 @@ impl Scene {
             .intersect(ray, |prim| self.material(prim).emits())
     }
 
+    /// The nearest surface along each ray, in place of what `hits` held.
+    pub fn intersect_all(&self, rays: &[Ray], hits: &mut Vec<Option<Hit>>) {
+        hits.clear();
+        hits.extend(rays.iter().map(|ray| self.intersect(ray)));
+    }
+
     /// Whether anything but primitive `except` lies within the ray's `t_max`.
     #[inline]
     pub fn occluded(&self, ray: &Ray, except: u32) -> bool {

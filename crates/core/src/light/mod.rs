@@ -1,0 +1,197 @@
+//! Choosing light: which emitter, and which point on it.
+//!
+//! Emitters are chosen in proportion to their power. Rectangles are sampled uniformly in solid
+//! angle, spheres over the cone they fill, triangles and other parallelograms over their area;
+//! every density is per solid angle at the reference point. A rectangle that is small as seen
+//! from there is sampled by area: the density is then almost constant anyway, and solid angles
+//! of such size cannot be told from rounding.
+
+mod cone;
+mod rectangle;
+
+use glam::Vec3;
+
+use crate::geometry::{Primitive, Primitives, SurfacePoint};
+use crate::math::warp;
+use crate::planted::{self, Bug};
+use crate::shape::{Quad, Sphere, triangle_area, unit_normal};
+use cone::Cone;
+use rectangle::Rectangle;
+
+/// A direction towards a light.
+#[derive(Clone, Copy, Debug)]
+pub struct LightSample {
+    /// Primitive id of the emitter.
+    pub prim: u32,
+    /// The point on it.
+    pub point: SurfacePoint,
+    /// Density of the direction, per solid angle at the reference point.
+    pub pdf: f32,
+}
+
+/// An emitting primitive, prepared for sampling.
+#[derive(Debug)]
+enum Shape {
+    Triangle {
+        corners: [Vec3; 3],
+        n: Vec3,
+        area: f32,
+    },
+    Parallelogram(Quad),
+    Rectangle(Box<Rectangle>),
+    Sphere(Sphere),
+}
+
+impl Shape {
+    fn of(primitive: Primitive) -> Self {
+        match primitive {
+            Primitive::Triangle(corners) => Self::Triangle {
+                corners,
+                n: unit_normal(corners[1] - corners[0], corners[2] - corners[0]),
+                area: triangle_area(corners),
+            },
+            Primitive::Quad(quad) => match Rectangle::new(quad) {
+                Some(rectangle) => Self::Rectangle(Box::new(rectangle)),
+                None => Self::Parallelogram(quad),
+            },
+            Primitive::Sphere(sphere) => Self::Sphere(sphere),
+        }
+    }
+
+    /// A point that may shine on `p`, and the density of its direction.
+    #[inline]
+    fn sample(&self, p: Vec3, u: impl FnOnce() -> [f32; 2]) -> Option<(SurfacePoint, f32)> {
+        match self {
+            Self::Triangle { corners, n, area } => {
+                let [b1, b2] = warp::triangle(u());
+                let point = SurfacePoint::of_triangle_with(*corners, *n, [b1, b2]);
+                Some((point, area_pdf(p, point.p, *n, *area)?))
+            }
+            Self::Parallelogram(quad) => sample_by_area(quad, p, u()),
+            Self::Rectangle(rectangle) => match rectangle.seen_from(p) {
+                Some(view) => {
+                    let [s, t] = view.sample(u());
+                    Some((SurfacePoint::of_quad(rectangle.quad(), s, t), view.pdf()))
+                }
+                None => sample_by_area(rectangle.quad(), p, u()),
+            },
+            Self::Sphere(sphere) => {
+                let cone = Cone::new(sphere, p)?;
+                let q = sphere.center + sphere.radius * cone.sample(u());
+                Some((SurfacePoint::of_sphere(sphere, q), cone.pdf()))
+            }
+        }
+    }
+
+    /// Density with which [`Shape::sample`] draws the direction from `p` to `q`.
+    fn pdf(&self, p: Vec3, q: Vec3) -> Option<f32> {
+        match self {
+            Self::Triangle { n, area, .. } => area_pdf(p, q, *n, *area),
+            Self::Parallelogram(quad) => area_pdf(p, q, quad.normal(), quad.area()),
+            Self::Rectangle(rectangle) => match rectangle.seen_from(p) {
+                Some(view) => Some(view.pdf()),
+                None => area_pdf(p, q, rectangle.quad().normal(), rectangle.quad().area()),
+            },
+            Self::Sphere(sphere) => Cone::new(sphere, p).map(|cone| cone.pdf()),
+        }
+    }
+}
+
+fn sample_by_area(quad: &Quad, p: Vec3, u: [f32; 2]) -> Option<(SurfacePoint, f32)> {
+    let point = SurfacePoint::of_quad(quad, u[0], u[1]);
+    Some((point, area_pdf(p, point.p, point.n, quad.area())?))
+}
+
+/// Density per solid angle at `p` of a point `q` that is uniform over `area` with normal `n`;
+/// `None` behind the surface and where the density is not finite.
+fn area_pdf(p: Vec3, q: Vec3, n: Vec3, area: f32) -> Option<f32> {
+    let d = p - q;
+    let distance = d.length();
+    let cos = d.dot(n) / distance;
+    let pdf = distance * distance / (area * cos);
+    (cos > 0.0 && pdf.is_finite()).then_some(pdf)
+}
+
+/// The emitters of a scene.
+#[derive(Debug, Default)]
+pub struct Lights {
+    /// Primitive ids, ascending.
+    emitters: Vec<u32>,
+    /// By emitter.
+    shapes: Vec<Shape>,
+    /// Power of the emitters up to and with each, in units of the scene's total: ends with 1.
+    cumulative: Vec<f64>,
+}
+
+impl Lights {
+    /// Collects emitters as (primitive id in ascending order, power in any unit); those without
+    /// power are left out.
+    pub fn new(primitives: &Primitives, emitters: impl IntoIterator<Item = (u32, f64)>) -> Self {
+        let mut lights = Self::default();
+        let mut sum = 0.0;
+        for (prim, power) in emitters {
+            if power > 0.0 && power.is_finite() {
+                sum += power;
+                lights.emitters.push(prim);
+                lights.shapes.push(Shape::of(primitives.get(prim)));
+                lights.cumulative.push(sum);
+            }
+        }
+        for c in &mut lights.cumulative {
+            *c /= sum;
+        }
+        lights
+    }
+
+    /// Whether nothing emits.
+    pub fn is_empty(&self) -> bool {
+        self.emitters.is_empty()
+    }
+
+    /// Number of emitting primitives.
+    pub fn len(&self) -> usize {
+        self.emitters.len()
+    }
+
+    /// Chooses an emitter: its index and the probability of the choice. One light is no choice.
+    #[inline]
+    fn pick(&self, u: impl FnOnce() -> f32) -> Option<(usize, f32)> {
+        let last = self.emitters.len().checked_sub(1)?;
+        if last == 0 {
+            return Some((0, 1.0));
+        }
+        let u = f64::from(u());
+        let i = self.cumulative.partition_point(|c| *c <= u).min(last);
+        Some((i, self.probability(i)))
+    }
+
+    fn probability(&self, i: usize) -> f32 {
+        (self.cumulative[i] - if i > 0 { self.cumulative[i - 1] } else { 0.0 }) as f32
+    }
+
+    /// Draws a point on a light that may shine on `p` with its front. `None` where there is none.
+    /// `pick` and `u` give numbers in [0, 1); what is not needed is not drawn.
+    #[inline]
+    pub fn sample(
+        &self,
+        p: Vec3,
+        pick: impl FnOnce() -> f32,
+        u: impl FnOnce() -> [f32; 2],
+    ) -> Option<LightSample> {
+        let (i, probability) = self.pick(pick)?;
+        let (point, pdf) = self.shapes[i].sample(p, u)?;
+        let (prim, mut pdf) = (self.emitters[i], pdf * probability);
+        if planted::has(Bug::PdfTimes1_02) {
+            pdf *= 1.02;
+        }
+        (pdf > 0.0 && pdf.is_finite()).then_some(LightSample { prim, point, pdf })
+    }
+
+    /// Density with which [`Lights::sample`] draws the direction from `p` to the point `q` on the
+    /// front of primitive `prim`; 0 if never.
+    pub fn pdf(&self, p: Vec3, prim: u32, q: Vec3) -> f32 {
+        self.emitters.binary_search(&prim).map_or(0.0, |i| {
+            self.shapes[i].pdf(p, q).unwrap_or(0.0) * self.probability(i)
+        })
+    }
+}

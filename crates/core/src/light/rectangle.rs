@@ -1,0 +1,144 @@
+//! Rectangular lights, sampled uniformly in solid angle (Ureña, Fajardo & King 2013).
+
+use glam::{DVec3, Vec3};
+
+use crate::shape::Quad;
+
+/// Solid angle, sr, below which rectangles are sampled by area.
+const SMALL: f32 = 0.01;
+
+/// A rectangle prepared for being seen from many points.
+#[derive(Debug)]
+pub(super) struct Rectangle {
+    quad: Quad,
+    /// Unit vectors along the first and the last edge.
+    axes: [DVec3; 2],
+    /// Lengths of these edges.
+    size: [f64; 2],
+    /// From the first corner to the centre.
+    to_center: Vec3,
+    /// Width + height: the distance from which on it may count as small.
+    extent: f32,
+    area: f32,
+}
+
+/// A rectangle seen from a point in front of it. The inner angles are kept as complex numbers
+/// e^{iγ} up to a positive factor: their product has the argument that the sum of the angles
+/// would have, without arc cosines. In f64, because close to the rectangle all cosines crowd
+/// at 1.
+pub(super) struct View {
+    /// Left and right bound in the rectangle's frame, from the foot of the point.
+    x: [f64; 2],
+    /// Lower and upper bound.
+    y: [f64; 2],
+    /// Distance of the point from the plane, positive.
+    z: f64,
+    solid_angle: f64,
+    /// A positive multiple of e^{i(γ₂+γ₃)}.
+    corner: [f64; 2],
+}
+
+impl Rectangle {
+    /// `None` if the quad is not a rectangle.
+    pub fn new(quad: Quad) -> Option<Self> {
+        let [a, b, _, d] = quad.corners();
+        let (ex, ey) = (b - a, d - a);
+        let (width, height) = (ex.length(), ey.length());
+        let is_right = ex.dot(ey).abs() <= 1e-5 * width * height;
+        is_right.then(|| Self {
+            quad,
+            axes: [ex, ey].map(|e| e.as_dvec3().normalize()),
+            size: [width, height].map(f64::from),
+            to_center: 0.5 * (ex + ey),
+            extent: width + height,
+            area: width * height,
+        })
+    }
+
+    /// The rectangle as a quad.
+    pub fn quad(&self) -> &Quad {
+        &self.quad
+    }
+
+    /// `None` if it does not face `p`, or is small as seen from there.
+    #[inline]
+    pub fn seen_from(&self, p: Vec3) -> Option<View> {
+        let to_a = self.quad.corners()[0] - p;
+        let z = -to_a.dot(self.quad.normal());
+        if !(z > 0.0) {
+            return None;
+        }
+        let distance = (to_a + self.to_center).length();
+        // From further than its size, the solid angle is close to area·cos/distance².
+        let is_far = distance > self.extent;
+        if is_far && self.area * z <= SMALL * distance * distance * distance {
+            return None;
+        }
+        let (to_a, z) = (to_a.as_dvec3(), f64::from(z));
+        let [x0, y0] = self.axes.map(|axis| to_a.dot(axis));
+        let [width, height] = self.size;
+        let (x, y) = ([x0, x0 + width], [y0, y0 + height]);
+        // For each corner, e^{iγ} ∝ ∓xy + i·z·|corner|. Coordinates below 2⁶⁰ leave the product
+        // of the four, of the eighth power of a length, within the range of f64.
+        let (x2, y2) = (x.map(|x| x * x + z * z), y.map(|y| y * y));
+        let angle =
+            |i: usize, j: usize, sign: f64| [sign * x[i] * y[j], z * (x2[i] + y2[j]).sqrt()];
+        let corner = times(angle(0, 1, 1.0), angle(0, 0, -1.0));
+        let [re, im] = times(times(angle(1, 0, 1.0), angle(1, 1, -1.0)), corner);
+        // The sum of the angles is 2π more than the solid angle, which is within (0, 2π).
+        let angle = libm::atan2(im, re);
+        let solid_angle = if angle < 0.0 {
+            angle + std::f64::consts::TAU
+        } else {
+            angle
+        };
+        (solid_angle > 0.0).then_some(View {
+            x,
+            y,
+            z,
+            solid_angle,
+            corner,
+        })
+    }
+}
+
+impl View {
+    /// Density per solid angle.
+    pub fn pdf(&self) -> f32 {
+        (1.0 / self.solid_angle) as f32
+    }
+
+    /// Maps the unit square to coordinates (u, v) in [0, 1]² of the rectangle, uniformly in solid
+    /// angle.
+    #[inline]
+    pub fn sample(&self, u: [f32; 2]) -> [f32; 2] {
+        let ([x0, x1], [y0, y1], z) = (self.x, self.y, self.z);
+        let (sin, cos) = libm::sincos(f64::from(u[0]) * self.solid_angle);
+        // The angle uΩ − (γ₂ + γ₃).
+        let [re, im] = self.corner;
+        let length = (re * re + im * im).sqrt();
+        let [sin, cos] = [sin * re - cos * im, cos * re + sin * im];
+        let b0 = y0 / (z * z + y0 * y0).sqrt();
+        let b1 = y1 / (z * z + y1 * y1).sqrt();
+        let fu = -(cos * b0 + length * b1) / sin;
+        // cu/√(1−cu²) with cu = ±1/√(fu² + b0²).
+        let tangent = (fu * fu + b0 * b0 - 1.0).max(0.0).sqrt();
+        let xu = (z.copysign(fu) / tangent).clamp(x0, x1);
+        let xu = if xu.is_nan() { x0 } else { xu };
+        let d2 = xu * xu + z * z;
+        let (h0, h1) = (y0 / (d2 + y0 * y0).sqrt(), y1 / (d2 + y1 * y1).sqrt());
+        let hv = h0 + f64::from(u[1]) * (h1 - h0);
+        let rest = 1.0 - hv * hv;
+        let yv = if rest > 0.0 {
+            (hv * (d2 / rest).sqrt()).clamp(y0, y1)
+        } else {
+            y1
+        };
+        [(xu - x0) / (x1 - x0), (yv - y0) / (y1 - y0)].map(|x| (x as f32).clamp(0.0, 1.0))
+    }
+}
+
+/// Product of two complex numbers.
+fn times([a, b]: [f64; 2], [c, d]: [f64; 2]) -> [f64; 2] {
+    [a * c - b * d, a * d + b * c]
+}
