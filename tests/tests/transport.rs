@@ -363,7 +363,7 @@ fn methods_agree_on_shipped_scenes() {
         let scene = Arc::new(shipped(name).build(&|_| ()).unwrap());
         let means = |method| {
             replicates(&scene, |s| {
-                (s.width, s.height, s.samples, s.method) = (20, 20, 32, method);
+                (s.width, s.height, s.samples, s.method) = (20, 20, 48, method);
             })
         };
         let mis = means(Method::Mis);
