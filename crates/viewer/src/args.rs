@@ -36,6 +36,8 @@ pub enum Command {
     Info(InfoArgs),
     /// Measure how far a picture is from a reference
     Compare(CompareArgs),
+    /// Run the stability lab: where tracing methods fail, by the naive method and by lightbox
+    Lab(LabArgs),
 }
 
 /// Arguments of `lightbox render`. It stops at whichever of `--spp`, `--seconds` and `--noise` is
@@ -126,6 +128,22 @@ pub struct CompareArgs {
     pub image: PathBuf,
     /// Picture of the same size that counts as right
     pub reference: PathBuf,
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `lightbox lab`.
+#[derive(Debug, clap::Args)]
+pub struct LabArgs {
+    /// Cases to run, such as S01 [default: all]
+    pub ids: Vec<String>,
+    /// List the cases and run none
+    #[arg(long, conflicts_with_all = ["json", "output"])]
+    pub list: bool,
+    /// Markdown report to write; its pictures go into the folder "lab" beside it
+    #[arg(short, long, value_name = "FILE.md")]
+    pub output: Option<PathBuf>,
     /// Print one JSON object
     #[arg(long)]
     pub json: bool,

@@ -15,14 +15,7 @@ fn main() -> ExitCode {
         None => view(args.scene),
     };
     let (line, status) = match result {
-        Ok(Outcome {
-            interrupted: false,
-            report,
-        }) => (report, ExitCode::SUCCESS),
-        Ok(Outcome {
-            interrupted: true,
-            report,
-        }) => (report, ExitCode::from(commands::INTERRUPTED)),
+        Ok(Outcome { report, status }) => (report, ExitCode::from(status)),
         Err(error) => {
             // If nobody listens, the status still tells.
             let _ = writeln!(std::io::stderr(), "error: {error}");

@@ -2,8 +2,10 @@
 
 use std::fmt;
 
+use serde::Serialize;
+
 /// One measured number.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Figure {
     /// What was measured, with its unit, e.g. `wrong hits of 2001`.
     pub what: &'static str,
@@ -16,7 +18,8 @@ pub struct Figure {
 }
 
 /// What a figure has to be. NaN is never within bounds.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Bound {
     /// This number and no other.
     Exactly(f64),
@@ -47,11 +50,13 @@ impl Bound {
 
 impl fmt::Display for Bound {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Exactly(value) => write!(f, "= {value}"),
-            Self::AtMost(limit) => write!(f, "≤ {limit}"),
-            Self::AtLeast(limit) => write!(f, "≥ {limit}"),
-            Self::Within { truth, tolerance } => write!(f, "{truth} ± {tolerance:.2e}"),
+        match *self {
+            Self::Exactly(value) => write!(f, "= {}", number(value)),
+            Self::AtMost(limit) => write!(f, "≤ {}", number(limit)),
+            Self::AtLeast(limit) => write!(f, "≥ {}", number(limit)),
+            Self::Within { truth, tolerance } => {
+                write!(f, "{} ± {}", number(truth), number(tolerance))
+            }
         }
     }
 }
@@ -68,9 +73,49 @@ impl Figure {
     }
 }
 
+/// A number for people: whole ones in full, others to four digits.
+pub fn number(x: f64) -> String {
+    let size = x.abs();
+    if x == 0.0 || !x.is_finite() || (x.fract() == 0.0 && size < 1e9) {
+        format!("{}", x + 0.0)
+    } else if (1e-3..1e6).contains(&size) {
+        // As many decimals as make four digits.
+        let decimals = (3 - size.log10().floor() as i32).max(0) as usize;
+        let text = format!("{x:.decimals$}");
+        if text.contains('.') {
+            text.trim_end_matches('0').trim_end_matches('.').to_owned()
+        } else {
+            text
+        }
+    } else {
+        format!("{x:.3e}")
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn numbers_are_short() {
+        for (x, text) in [
+            (0.0, "0"),
+            (-0.0, "0"),
+            (2001.0, "2001"),
+            (1e8, "100000000"),
+            (0.5, "0.5"),
+            (1.0 / 3.0, "0.3333"),
+            (-73.341_41, "-73.34"),
+            (12_345.6, "12346"),
+            (0.1 + 0.2, "0.3"),
+            (2e-5, "2.000e-5"),
+            (1.5e20, "1.500e20"),
+            (f64::NAN, "NaN"),
+            (f64::INFINITY, "inf"),
+        ] {
+            assert_eq!(number(x), text);
+        }
+    }
 
     #[test]
     fn bounds_are_closed_and_refuse_nan() {

@@ -9,9 +9,11 @@ mod figure;
 mod naive;
 mod sphere;
 
+use serde::Serialize;
+
 use crate::Image;
 
-pub use figure::{Bound, Figure};
+pub use figure::{Bound, Figure, number};
 
 /// The cases by area, in the order in which they are shown.
 pub const AREAS: &[(&str, &[Case])] = &[("Spheres", sphere::CASES)];
@@ -40,7 +42,8 @@ pub struct Case {
 pub enum Check {
     /// By measuring: a second at most on one core.
     Probe(fn() -> Vec<Figure>),
-    /// By a test that needs more than this library: its file and name.
+    /// By a test that needs more than this library: `folder/file.rs::name`, from the top of the
+    /// project.
     Test(&'static str),
     /// Not at all, because lightbox has nothing that could fail: why.
     Absent(&'static str),
@@ -53,6 +56,50 @@ pub enum Side {
     Naive,
     /// Lightbox's.
     Lightbox,
+}
+
+/// What is to be thought of a case.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// Every figure keeps its bound.
+    Holds,
+    /// Some figure does not.
+    Fails,
+    /// A test tells, in the test suite.
+    ByTest,
+    /// There is nothing that could fail.
+    Absent,
+}
+
+impl Case {
+    /// Measures; no figure unless the case is held by a probe. A probe that panics gives a figure
+    /// that fails.
+    pub fn measure(&self) -> Vec<Figure> {
+        let Check::Probe(probe) = self.check else {
+            return Vec::new();
+        };
+        std::panic::catch_unwind(probe).unwrap_or_else(|_| {
+            vec![Figure {
+                what: "panics of the probe",
+                naive: None,
+                lightbox: 1.0,
+                bound: Bound::Exactly(0.0),
+            }]
+        })
+    }
+
+    /// What its figures, by [`Case::measure`], say about the case.
+    pub fn verdict(&self, figures: &[Figure]) -> Verdict {
+        match self.check {
+            Check::Probe(_) if !figures.is_empty() && figures.iter().all(Figure::holds) => {
+                Verdict::Holds
+            }
+            Check::Probe(_) => Verdict::Fails,
+            Check::Test(_) => Verdict::ByTest,
+            Check::Absent(_) => Verdict::Absent,
+        }
+    }
 }
 
 /// All cases in order.

@@ -35,7 +35,13 @@ impl Sphere {
         let c = (distance - self.radius) * (distance + self.radius);
         // q is the root of larger magnitude; 0 only when the ray starts where it touches.
         let q = b + half_chord.copysign(b);
-        let other = if q == 0.0 { 0.0 } else { c / q };
+        let other = if half_chord < 0.5 * b.abs() {
+            b - half_chord.copysign(b) // Nothing cancels, and c is the less accurate.
+        } else if q == 0.0 {
+            0.0
+        } else {
+            c / q
+        };
         let (near, far) = if q < other { (q, other) } else { (other, q) };
         if planted::has(Bug::SeedRootRule) {
             return Some(if near * far >= 0.0 { near } else { far });

@@ -3,6 +3,7 @@
 
 pub mod compare;
 pub mod info;
+pub mod lab;
 mod pace;
 pub mod render;
 
@@ -18,6 +19,9 @@ use serde::Serialize;
 
 use crate::args::Command;
 
+/// Exit status of a lab in which a case fails.
+const CASE_FAILED: u8 = 1;
+
 /// Exit status after Ctrl-C, by the custom of shells.
 pub const INTERRUPTED: u8 = 130;
 
@@ -26,16 +30,13 @@ pub const INTERRUPTED: u8 = 130;
 pub struct Outcome {
     /// For standard output; whole lines.
     pub report: String,
-    /// Whether it was stopped from outside before it was done.
-    pub interrupted: bool,
+    /// Exit status: 0 unless the command has something else to tell.
+    pub status: u8,
 }
 
 impl Outcome {
     fn done(report: String) -> Self {
-        Self {
-            report,
-            interrupted: false,
-        }
+        Self { report, status: 0 }
     }
 }
 
@@ -45,6 +46,7 @@ pub fn run(command: &Command) -> Result<Outcome, String> {
         Command::Render(args) => render::run(args),
         Command::Info(args) => info::run(args).map(Outcome::done),
         Command::Compare(args) => compare::run(args).map(Outcome::done),
+        Command::Lab(args) => lab::run(args),
     }
 }
 

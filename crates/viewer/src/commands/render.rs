@@ -100,12 +100,15 @@ fn render(args: &RenderArgs) -> Result<Outcome, String> {
     let (progress, work, stop) = trace(&view, &film, &limits, &bar)?;
     bar.finish_and_clear();
 
-    let interrupted = stop == Stop::Interrupt;
+    let status = match stop {
+        Stop::Interrupt => super::INTERRUPTED,
+        _ => 0,
+    };
     if work.paths == 0 {
         print_warning("interrupted before anything was rendered; nothing is saved");
         return Ok(Outcome {
             report: String::new(),
-            interrupted,
+            status,
         });
     }
     let settings = view.settings;
@@ -158,10 +161,7 @@ fn render(args: &RenderArgs) -> Result<Outcome, String> {
     } else {
         summary(&report)
     };
-    Ok(Outcome {
-        report,
-        interrupted,
-    })
+    Ok(Outcome { report, status })
 }
 
 /// The command that makes the picture again.

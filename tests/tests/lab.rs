@@ -1,0 +1,115 @@
+//! The stability lab: every case's probe keeps its bounds, and the table is whole.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use lightbox_core::lab::{Check, Side, Verdict, cases, find};
+use lightbox_core::scene::load;
+
+/// Measures a case: lightbox must keep every bound, and a naive method must break one.
+fn hold(id: &str) {
+    let case = find(id).unwrap_or_else(|| panic!("{id} is not in the lab's table"));
+    let figures = case.measure();
+    assert_eq!(
+        case.verdict(&figures),
+        Verdict::Holds,
+        "{} {}: {:#?}",
+        case.id,
+        case.title,
+        figures.iter().filter(|f| !f.holds()).collect::<Vec<_>>()
+    );
+    let tried: Vec<bool> = figures.iter().filter_map(|f| f.naive_fails()).collect();
+    assert!(
+        tried.is_empty() || tried.contains(&true),
+        "{id}: what the naive method is said to get wrong, it gets right: {figures:#?}"
+    );
+}
+
+macro_rules! probes {
+    ($($id:ident)*) => {
+        $(#[test]
+        fn $id() {
+            hold(stringify!($id));
+        })*
+
+        const PROBES: &[&str] = &[$(stringify!($id)),*];
+    };
+}
+
+probes! {
+    s01
+}
+
+#[test]
+fn every_probe_is_a_test_above() {
+    let of_table: BTreeSet<String> = cases()
+        .filter(|case| matches!(case.check, Check::Probe(_)))
+        .map(|case| case.id.to_lowercase())
+        .collect();
+    let listed: BTreeSet<String> = PROBES.iter().map(|id| (*id).to_owned()).collect();
+    assert_eq!(of_table, listed);
+    assert_eq!(listed.len(), PROBES.len(), "an id is listed twice");
+}
+
+#[test]
+fn ids_are_unique_and_a_letter_with_two_digits() {
+    let mut seen = BTreeSet::new();
+    for case in cases() {
+        let bytes = case.id.as_bytes();
+        assert!(
+            bytes.len() == 3
+                && bytes[0].is_ascii_uppercase()
+                && bytes[1..].iter().all(u8::is_ascii_digit),
+            "{}",
+            case.id
+        );
+        assert!(seen.insert(case.id), "{} twice", case.id);
+    }
+}
+
+#[test]
+fn tests_that_are_named_exist() {
+    let top = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    for case in cases() {
+        let Check::Test(test) = case.check else {
+            continue;
+        };
+        let (file, name) = test
+            .split_once("::")
+            .unwrap_or_else(|| panic!("{}: {test} is not file::name", case.id));
+        let source = std::fs::read_to_string(top.join(file))
+            .unwrap_or_else(|e| panic!("{}: {file}: {e}", case.id));
+        let words: Vec<&str> = source.split_whitespace().collect();
+        let function = format!("{name}()");
+        assert!(
+            words
+                .windows(3)
+                .any(|w| w[0] == "#[test]" && w[1] == "fn" && w[2] == function),
+            "{}: no test {name} in {file}",
+            case.id
+        );
+    }
+}
+
+#[test]
+fn scenes_load_and_pictures_can_be_drawn() {
+    for case in cases() {
+        if let Some(scene) = case.scene {
+            let scene = load(Path::new(scene))
+                .and_then(|source| source.build(&|_| ()))
+                .unwrap_or_else(|e| panic!("{}: {e}", case.id));
+            assert_eq!(scene.warnings(), [], "{}", case.id);
+        }
+        if let Some(picture) = case.picture {
+            let [naive, lightbox] = [Side::Naive, Side::Lightbox].map(picture);
+            assert_eq!(
+                [naive.width, naive.height],
+                [lightbox.width, lightbox.height],
+                "{}",
+                case.id
+            );
+            assert!(lightbox.pixels.iter().all(|p| p.is_finite()), "{}", case.id);
+            assert_ne!(naive.pixels, lightbox.pixels, "{}: no difference", case.id);
+        }
+    }
+}
