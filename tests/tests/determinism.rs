@@ -99,7 +99,7 @@ fn a_batch_lands_only_where_it_belongs() {
 #[test]
 fn every_accelerator_gives_the_picture_of_brute_force() {
     for name in ["teddy-mirror", "cornell-box", "glass-sphere"] {
-        let pictures = [AccelKind::Brute, AccelKind::KdTree].map(|accel| {
+        let pictures = [AccelKind::Brute, AccelKind::KdTree, AccelKind::Bvh].map(|accel| {
             let source = shipped(name);
             let mut desc = source.desc.clone();
             desc.render.accel = accel;
@@ -109,6 +109,7 @@ fn every_accelerator_gives_the_picture_of_brute_force() {
             picture(&View::of(Arc::new(scene)).unwrap())
         });
         assert_same(&pictures[0], &pictures[1], name);
+        assert_same(&pictures[0], &pictures[2], name);
     }
 }
 

@@ -10,7 +10,7 @@ use glam::Vec3;
 use lightbox_core::math::{Frame, Ray, warp};
 use lightbox_core::sampler::{Dim, Sampler};
 use lightbox_core::scene::{self, Source};
-use lightbox_core::{SamplerKind, Scene, SceneDesc, View};
+use lightbox_core::{AccelKind, SamplerKind, Scene, SceneDesc, View};
 use rayon::prelude::*;
 
 /// Rays of each kind: one per pixel of a square picture of this edge.
@@ -43,8 +43,10 @@ fn main() {
                 "{:<28}{:>9}{:>9}{:>9}",
                 "triangles", "build s", "B/tri", "refs/tri"
             );
-            for triangles in [3_000, 100_000, 1_000_000] {
-                builds(triangles);
+            for accel in [AccelKind::KdTree, AccelKind::Bvh] {
+                for triangles in [3_000, 100_000, 1_000_000] {
+                    builds(triangles, accel);
+                }
             }
         });
     }
@@ -149,12 +151,13 @@ fn paths(name: &str) {
     );
 }
 
-fn builds(triangles: u32) {
+fn builds(triangles: u32, accel: AccelKind) {
     let source = source("million");
     let start = std::cell::Cell::new(Instant::now());
     let seconds = std::cell::Cell::new(0.0);
     let mut desc = source.desc.clone();
     desc.meshes[0].boulder = Some(triangles);
+    desc.render.accel = accel;
     let scene = source
         .build_edited(desc, &|phase| match phase {
             scene::Phase::BuildingAccelerator(_) => start.set(Instant::now()),
@@ -162,12 +165,13 @@ fn builds(triangles: u32) {
             scene::Phase::Reading => {}
         })
         .unwrap_or_else(|e| panic!("{e}"));
-    let stats = scene.geometry().tree().expect("a tree").stats();
+    let stats = scene.geometry().tree_stats().expect("a tree");
     let n = scene.primitives().triangles.len() as f64;
     println!(
-        "{n:<28}{:>9.3}{:>9.1}{:>9.2}",
+        "{:<28}{:>9.3}{:>9.1}{:>9.2}",
+        format!("{n} {accel}"),
         seconds.get(),
-        stats.bytes as f64 / n,
+        scene.geometry().accel_bytes() as f64 / n,
         stats.references as f64 / n
     );
 }

@@ -1,20 +1,19 @@
-//! All primitives of a scene in flat arrays, their accelerator, and what a ray finds there.
+//! All primitives of a scene in flat arrays, and what a ray finds there.
 //!
 //! Primitive ids run over the triangles, then the quads, then the spheres. Among hits at equal
 //! distance the lowest id wins, so every accelerator gives the same answer.
 
 use glam::{DVec3, Vec2, Vec3};
 
-use crate::accel::KdTree;
 use crate::math::{Aabb, Ray, gamma, offset_origin};
-use crate::settings::AccelKind;
-use crate::shape::{Quad, ShearedRay, Sphere, triangle_area, unit_normal};
+use crate::shape::{Quad, Sphere, triangle_area, unit_normal};
 
-/// Below this many primitives, testing them all beats walking a tree (measured: docs/speed.md).
-const BRUTE_BELOW: usize = 8;
+pub use cast::Geometry;
 
-/// Relative distance within which an emitter wins against a surface in the same place.
-const NUDGE: f32 = 1.0 / (1 << 20) as f32;
+mod cast;
+
+#[cfg(test)]
+mod test;
 
 /// Primitives of a scene; see the module's text for ids.
 #[derive(Debug, Default)]
@@ -165,31 +164,6 @@ impl Primitives {
         }
     }
 
-    /// Tests one primitive: its hit in `(0, t_max]`.
-    #[inline(always)]
-    fn intersect(&self, id: u32, ray: &Ray, sheared: &ShearedRay, t_max: f32) -> Option<Hit> {
-        match self.get(id) {
-            Primitive::Triangle(triangle) => sheared.triangle(triangle, t_max).map(|h| Hit {
-                t: h.t,
-                prim: id,
-                u: h.b1,
-                v: h.b2,
-            }),
-            Primitive::Quad(quad) => quad.intersect(sheared, t_max).map(|h| Hit {
-                t: h.t,
-                prim: id,
-                u: h.u,
-                v: h.v,
-            }),
-            Primitive::Sphere(sphere) => sphere.intersect(ray, t_max).map(|t| Hit {
-                t,
-                prim: id,
-                u: 0.0,
-                v: 0.0,
-            }),
-        }
-    }
-
     /// The surface at a hit of `ray`.
     pub fn surface_point(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         match self.get(hit.prim) {
@@ -259,115 +233,5 @@ fn clip_polygon<const N: usize>(corners: &[Vec3; N], cell: &Aabb) -> Aabb {
     Aabb {
         min: Vec3::new(x0, y0, z0),
         max: Vec3::new(x1, y1, z1),
-    }
-}
-
-/// Primitives with their accelerator: what rays are cast at. Frozen.
-#[derive(Debug)]
-pub struct Geometry {
-    primitives: Primitives,
-    tree: Option<KdTree>,
-    bounds: Aabb,
-}
-
-impl Geometry {
-    /// Freezes primitives and builds the tree unless `accel` does without.
-    pub fn build(primitives: Primitives, accel: AccelKind) -> Self {
-        let boxes: Vec<Aabb> = (0..primitives.len() as u32)
-            .map(|id| primitives.bounds(id))
-            .collect();
-        let bounds = boxes.iter().fold(Aabb::EMPTY, |a, b| a.union(*b));
-        let wants_tree = match accel {
-            AccelKind::Auto => primitives.len() >= BRUTE_BELOW,
-            AccelKind::Brute => false,
-            AccelKind::KdTree => true,
-        };
-        let tree = wants_tree
-            .then(|| KdTree::build(&boxes, |id, cell| primitives.clipped_bounds(id, cell)));
-        Self {
-            primitives,
-            tree,
-            bounds,
-        }
-    }
-
-    /// The primitives.
-    pub fn primitives(&self) -> &Primitives {
-        &self.primitives
-    }
-
-    /// The tree, if there is one.
-    pub fn tree(&self) -> Option<&KdTree> {
-        self.tree.as_ref()
-    }
-
-    /// Box around everything.
-    pub fn bounds(&self) -> Aabb {
-        self.bounds
-    }
-
-    /// Calls `visit(id, t_max)` for every primitive that `ray` may hit, as [`KdTree::walk`] does.
-    #[inline(always)]
-    fn walk(&self, ray: &Ray, mut visit: impl FnMut(u32, f32) -> f32) {
-        match &self.tree {
-            Some(tree) => tree.walk(ray, visit),
-            None => {
-                let mut t_max = ray.t_max;
-                for id in 0..self.primitives.len() as u32 {
-                    t_max = visit(id, t_max);
-                }
-            }
-        }
-    }
-
-    /// The nearest hit with `0 < t ≤ t_max`; the lowest id among equals. Primitives that
-    /// `is_emitter` count as nearer by a rounding error, so that a lamp in the plane of a ceiling
-    /// is seen, whatever the order of the primitives.
-    #[inline]
-    pub fn intersect(&self, ray: &Ray, is_emitter: impl Fn(u32) -> bool) -> Option<Hit> {
-        let sheared = ShearedRay::new(ray);
-        let mut best: Option<Hit> = None;
-        self.walk(ray, |id, t_max| {
-            // A primitive that reaches into several cells comes up in each.
-            if best.is_some_and(|b| b.prim == id) {
-                return t_max;
-            }
-            // A little further than t_max, for emitters that are then counted as nearer.
-            let Some(mut hit) = self
-                .primitives
-                .intersect(id, ray, &sheared, t_max * (1.0 + NUDGE))
-            else {
-                return t_max;
-            };
-            if is_emitter(id) {
-                hit.t *= 1.0 - NUDGE;
-            }
-            if hit.t > t_max || best.is_some_and(|b| hit.t == b.t && id > b.prim) {
-                return t_max;
-            }
-            best = Some(hit);
-            hit.t
-        });
-        best
-    }
-
-    /// Whether anything but primitive `except` is hit with `0 < t ≤ t_max`.
-    #[inline]
-    pub fn occluded(&self, ray: &Ray, except: u32) -> bool {
-        let sheared = ShearedRay::new(ray);
-        let mut found = false;
-        self.walk(ray, |id, t_max| {
-            if !found
-                && id != except
-                && self
-                    .primitives
-                    .intersect(id, ray, &sheared, t_max)
-                    .is_some()
-            {
-                found = true;
-            }
-            if found { f32::NEG_INFINITY } else { t_max }
-        });
-        found
     }
 }

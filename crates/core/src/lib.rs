@@ -31,6 +31,7 @@ pub mod math;
 pub mod planted;
 pub mod sampler;
 pub mod settings;
+pub mod simd;
 pub mod suggest;
 // Surfaces.
 pub mod accel;

@@ -133,12 +133,14 @@ named_enum! {
 named_enum! {
     /// How rays find surfaces; every choice gives the same hits, bit for bit.
     AccelKind, "accelerator" {
-        /// The kd-tree unless there are very few primitives.
+        /// The wide tree unless there are very few primitives.
         Auto = "auto",
         /// Test every primitive.
         Brute = "brute",
         /// A kd-tree built by the surface area heuristic.
         KdTree = "kdtree",
+        /// A tree of boxes, eight to a node.
+        Bvh = "bvh",
     }
 }
 

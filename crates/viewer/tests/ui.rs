@@ -140,12 +140,13 @@ fn filters_are_chosen_from_a_list() {
 fn accelerators_give_the_same_picture() {
     let mut window = Window::open(SCENE);
     let before = window.snapshot();
-    for (name, kind) in [("brute", AccelKind::Brute), ("kdtree", AccelKind::KdTree)] {
+    for kind in [AccelKind::Brute, AccelKind::KdTree, AccelKind::Bvh] {
+        let name = kind.name();
         window.click(name);
         window.done();
         let scene = window.status().scene.expect("a scene");
         assert_eq!(scene.desc().render.accel, kind);
-        assert_eq!(scene.geometry().tree().is_some(), kind == AccelKind::KdTree);
+        assert_eq!(scene.geometry().accel(), kind);
         assert!(
             window.snapshot().rgb == before.rgb,
             "{name} gives another picture"

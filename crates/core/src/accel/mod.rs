@@ -1,46 +1,23 @@
-//! The kd-tree. In: boxes, and a function that clips primitives by id. Out: the ids of the
-//! primitives that a ray may hit, nearest cells first. It never sees a shape.
+//! Accelerators. In: boxes, and for the kd-tree a function that clips primitives by id. Out: the
+//! primitives that a ray may hit, roughly nearest first. They never see a shape.
 
-mod build;
-mod events;
-mod node;
-mod traverse;
+mod beam;
+pub mod bvh;
+pub mod kdtree;
 
 #[cfg(test)]
-mod test;
+pub(crate) mod test;
 
-use crate::math::Aabb;
-use node::{Kind, Node};
+use beam::Beam;
+pub use bvh::Bvh;
+pub use kdtree::KdTree;
 
-/// Greatest depth of a leaf, and so the capacity of the traversal stack.
-const MAX_DEPTH: usize = 48;
+use crate::math::{Aabb, Ray};
 
-/// Cost of visiting an inner node, in the unit of [`INTERSECTION_COST`].
-const TRAVERSAL_COST: f64 = 1.0;
-
-/// Cost of testing a primitive: what a ray spends on it, measured against an inner node.
-const INTERSECTION_COST: f64 = 0.8;
-
-/// A kd-tree over primitives known by id and box, built greedily for least expected cost under
-/// the surface-area heuristic (MacDonald & Booth 1990; Wald & Havran 2006).
-///
-/// [`KdTree::walk`] shows a visitor every primitive that it could accept, so that what the
-/// visitor makes of them is bit for bit what it makes of all primitives one after the other.
-/// That holds for coordinates between 2⁻⁶⁰ and 2⁶⁰, beyond which the primitives' own tests leave
-/// the range of f32.
-#[derive(Debug)]
-pub struct KdTree {
-    bounds: Aabb,
-    /// The root first; see [`Node`].
-    nodes: Vec<Node>,
-    /// Primitives of leaves, by leaf, ascending.
-    ids: Vec<u32>,
-}
-
-/// Size and expected cost of a [`KdTree`].
+/// Size and expected cost of a tree.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct KdStats {
-    /// Nodes, leaves included.
+pub struct TreeStats {
+    /// Nodes: of the kd-tree with its leaves, of the wide tree without.
     pub nodes: usize,
     /// Leaves, empty ones included.
     pub leaves: usize,
@@ -50,56 +27,15 @@ pub struct KdStats {
     pub max_depth: usize,
     /// Memory of nodes and lists.
     pub bytes: usize,
-    /// Expected cost of a ray that crosses the bounds and hits nothing, in visits of inner nodes.
+    /// Expected cost of a ray that crosses the bounds and hits nothing: of the kd-tree in visits
+    /// of inner nodes, of the wide tree in visits of nodes and leaves.
     pub sah_cost: f64,
 }
 
-impl KdTree {
-    /// Measures the tree, by a walk over all nodes.
-    pub fn stats(&self) -> KdStats {
-        let mut stats = KdStats {
-            nodes: self.nodes.len(),
-            bytes: size_of_val(&self.nodes[..]) + size_of_val(&self.ids[..]),
-            ..KdStats::default()
-        };
-        let mut cost = 0.0;
-        self.for_each_cell(|node, cell, depth| match node.kind() {
-            Kind::Inner { .. } => cost += TRAVERSAL_COST * half_area(cell),
-            Kind::Leaf { count, .. } => {
-                stats.leaves += 1;
-                stats.references += count as usize;
-                stats.max_depth = stats.max_depth.max(depth);
-                cost += INTERSECTION_COST * f64::from(count) * half_area(cell);
-            }
-        });
-        let root = half_area(&self.bounds);
-        if root > 0.0 {
-            stats.sah_cost = cost / root;
-        }
-        stats
-    }
-
-    /// Calls `f(node, cell, depth)` for every node.
-    fn for_each_cell(&self, mut f: impl FnMut(Node, &Aabb, usize)) {
-        let mut pending = vec![(0, self.bounds, 0)];
-        while let Some((index, cell, depth)) = pending.pop() {
-            let node = self.nodes[index as usize];
-            f(node, &cell, depth);
-            if let Kind::Inner { axis, split, below } = node.kind() {
-                let [cell_below, cell_above] = halves(&cell, axis, split);
-                pending.push((below + 1, cell_above, depth + 1));
-                pending.push((below, cell_below, depth + 1));
-            }
-        }
-    }
-}
-
-/// The parts of a cell on either side of a plane.
-fn halves(cell: &Aabb, axis: usize, split: f32) -> [Aabb; 2] {
-    let (mut below, mut above) = (*cell, *cell);
-    below.max[axis] = split;
-    above.min[axis] = split;
-    [below, above]
+/// Whether a ray has meaning and meets the box, to within the rounding errors of an f32 test.
+#[inline(always)]
+pub fn may_hit(bounds: &Aabb, ray: &Ray) -> bool {
+    Beam::new(ray, bounds).is_some()
 }
 
 /// Half the surface of a box, in f64, in which the squares of all f32 have room; 0 if empty.

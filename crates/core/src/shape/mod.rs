@@ -3,12 +3,14 @@
 //! 2ᵏ, bit for bit.
 
 mod quad;
+mod runs;
 mod sphere;
 mod triangle;
 
 use glam::Vec3;
 
-pub use quad::{Quad, QuadHit};
+pub use quad::Quad;
+pub use runs::TriangleRuns;
 pub use sphere::Sphere;
 pub use triangle::{ShearedRay, TriangleHit};
 

@@ -14,10 +14,10 @@ use crate::planted::{self, Bug};
 /// A ray in the form the triangle test wants: computed once per ray.
 #[derive(Clone, Copy, Debug)]
 pub struct ShearedRay {
-    origin: [f32; 3],
+    pub(super) origin: [f32; 3],
     /// The axes in the order x', y', z', with z' the longest of the direction.
-    axes: [usize; 3],
-    shear: [f32; 3],
+    pub(super) axes: [usize; 3],
+    pub(super) shear: [f32; 3],
 }
 
 /// Where a ray meets a triangle.
@@ -39,14 +39,10 @@ impl ShearedRay {
     pub fn new(ray: &Ray) -> Self {
         let d = ray.dir.to_array();
         let a = ray.dir.abs();
-        let z = if a.x >= a.y && a.x >= a.z {
-            0
-        } else if a.y >= a.z {
-            1
-        } else {
-            2
-        };
-        let (x, y) = ((z + 1) % 3, (z + 2) % 3);
+        // Chosen without a branch, which no one could foresee.
+        let xy = usize::from(a.y > a.x);
+        let z = if a.z > a.x.max(a.y) { 2 } else { xy };
+        let (x, y) = ([1, 2, 0][z], [2, 0, 1][z]);
         Self {
             origin: ray.origin.to_array(),
             axes: [x, y, z],
@@ -54,16 +50,9 @@ impl ShearedRay {
         }
     }
 
-    /// Depth of a vertex along the ray: z' of [`Self::shear`].
-    #[inline(always)]
-    pub(super) fn depth(&self, v: Vec3) -> f32 {
-        let z = self.axes[2];
-        self.shear[2] * (v.to_array()[z] - self.origin[z])
-    }
-
     /// A vertex in the ray's coordinates.
     #[inline(always)]
-    pub(super) fn shear(&self, v: Vec3) -> Sheared {
+    fn shear(&self, v: Vec3) -> Sheared {
         let (v, o) = (v.to_array(), self.origin);
         let [x, y, z] = self.axes;
         let along = v[z] - o[z];
@@ -97,21 +86,22 @@ fn edge_f64(p: Sheared, q: Sheared) -> f32 {
 /// Whether some weight is below zero and some above.
 #[inline(always)]
 fn disagree(u: f32, v: f32, w: f32) -> bool {
-    (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0)
+    ((u < 0.0) | (v < 0.0) | (w < 0.0)) & ((u > 0.0) | (v > 0.0) | (w > 0.0))
 }
 
 /// The test in the ray's coordinates.
 #[inline(always)]
-pub(super) fn sheared_triangle(
-    a: Sheared,
-    b: Sheared,
-    c: Sheared,
-    t_max: f32,
-) -> Option<TriangleHit> {
+fn sheared_triangle(a: Sheared, b: Sheared, c: Sheared, t_max: f32) -> Option<TriangleHit> {
     // Rounding can make an edge function 0 but never turn its sign, so most misses end here.
     if disagree(edge(b, c), edge(c, a), edge(a, b)) {
         return None;
     }
+    exact(a, b, c, t_max)
+}
+
+/// The test of what the rounded edge functions did not rule out.
+#[inline(always)]
+pub(super) fn exact(a: Sheared, b: Sheared, c: Sheared, t_max: f32) -> Option<TriangleHit> {
     // What may be a hit gets exact products: they decide the zeros, and t stays within a few ulp
     // however thin the triangle.
     let (u, v, w) = (edge_f64(b, c), edge_f64(c, a), edge_f64(a, b));

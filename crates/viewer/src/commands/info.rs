@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use lightbox_core::scene::MaterialDesc;
-use lightbox_core::{RenderSettings, Scene};
+use lightbox_core::{AccelKind, RenderSettings, Scene};
 use serde::Serialize;
 
 use super::{Opened, json_line, open, print_warnings, table};
@@ -28,8 +28,10 @@ struct Census<'a> {
     bounds: Option<[glam::Vec3; 2]>,
     camera: lightbox_core::scene::CameraDesc,
     render: RenderSettings,
+    /// What was built; never `auto`.
+    accel: AccelKind,
     /// None: every ray tests every primitive.
-    kdtree: Option<Tree>,
+    tree: Option<Tree>,
     memory: Memory,
     load_seconds: f64,
     build_seconds: f64,
@@ -61,7 +63,7 @@ struct Tree {
 #[derive(Serialize)]
 struct Memory {
     primitives: usize,
-    kdtree: usize,
+    accelerator: usize,
     textures: usize,
 }
 
@@ -87,17 +89,14 @@ fn census(opened: &Opened) -> Census<'_> {
         .filter_map(|prim| scene.material(*prim).texture.as_ref())
         .map(|texture| (Arc::as_ptr(texture), texture.bytes()))
         .collect();
-    let tree = geometry.tree().map(|tree| {
-        let stats = tree.stats();
-        Tree {
-            nodes: stats.nodes,
-            leaves: stats.leaves,
-            references: stats.references,
-            max_depth: stats.max_depth,
-            bytes: stats.bytes,
-            bytes_per_primitive: stats.bytes as f64 / primitives.len().max(1) as f64,
-            sah_cost: stats.sah_cost,
-        }
+    let tree = geometry.tree_stats().map(|stats| Tree {
+        nodes: stats.nodes,
+        leaves: stats.leaves,
+        references: stats.references,
+        max_depth: stats.max_depth,
+        bytes: stats.bytes,
+        bytes_per_primitive: stats.bytes as f64 / primitives.len().max(1) as f64,
+        sah_cost: stats.sah_cost,
     });
     let memory = Memory {
         primitives: size_of_val(&*primitives.triangles)
@@ -105,7 +104,7 @@ fn census(opened: &Opened) -> Census<'_> {
             + size_of_val(&*primitives.quads)
             + size_of_val(&*primitives.spheres)
             + size_of_val(&*primitives.slots),
-        kdtree: tree.as_ref().map_or(0, |tree| tree.bytes),
+        accelerator: geometry.accel_bytes(),
         textures: textures.values().sum(),
     };
     Census {
@@ -121,7 +120,8 @@ fn census(opened: &Opened) -> Census<'_> {
         bounds: (!primitives.is_empty()).then(|| [geometry.bounds().min, geometry.bounds().max]),
         camera: scene.desc().camera,
         render: scene.desc().render,
-        kdtree: tree,
+        accel: geometry.accel(),
+        tree,
         memory,
         load_seconds: opened.load_seconds,
         build_seconds: opened.build_seconds,
@@ -168,13 +168,14 @@ fn text(census: &Census<'_>) -> String {
     let (camera, render) = (&census.camera, &census.render);
     let Memory {
         primitives,
-        kdtree,
+        accelerator: accelerator_bytes,
         textures,
     } = census.memory;
-    let accelerator = match &census.kdtree {
-        None => "brute force".into(),
+    let accelerator = match &census.tree {
+        None => census.accel.to_string(),
         Some(tree) => format!(
-            "kd-tree: {} nodes, {} leaves, {} references, depth {}, {:.1} bytes per primitive, SAH cost {:.1}",
+            "{}: {} nodes, {} leaves, {} references, depth {}, {:.1} bytes per primitive, SAH cost {:.1}",
+            census.accel,
             tree.nodes,
             tree.leaves,
             tree.references,
@@ -229,7 +230,7 @@ fn text(census: &Census<'_>) -> String {
             format!(
                 "{} primitives, {} accelerator, {} textures",
                 megabytes(primitives),
-                megabytes(kdtree),
+                megabytes(accelerator_bytes),
                 megabytes(textures)
             ),
         ),

@@ -124,7 +124,7 @@ fn render(args: &RenderArgs) -> Result<Outcome, String> {
             first.sample
         ));
     }
-    let has_tree = scene.geometry().tree().is_some();
+    let accel = scene.geometry().accel();
     let report = Report {
         scene: scene.path().to_string_lossy(),
         output: args.output.as_ref().map(|path| path.to_string_lossy()),
@@ -141,11 +141,7 @@ fn render(args: &RenderArgs) -> Result<Outcome, String> {
         stopped_by: stop,
         threads: rayon::current_num_threads(),
         method: settings.method,
-        accel: if has_tree {
-            AccelKind::KdTree
-        } else {
-            AccelKind::Brute
-        },
+        accel,
         sampler: settings.sampler,
         filter: settings.filter.to_string(),
         depth: if settings.depth == UNLIMITED {

@@ -134,7 +134,7 @@ fn bad_usage_has_status_two() {
         ("-o a.png --depth 0", "emitters only"),
         ("-o a.png --depth deep", "unlimited"),
         ("-o a.png --method miss", "mis"),
-        ("-o a.png --accel bvh", "kdtree"),
+        ("-o a.png --accel kdtre", "kdtree"),
         ("-o a.png --sampler halton", "sobol"),
         ("-o a.png --threads 0", "--threads"),
         ("-o a.png --eye 1,2", "three numbers"),

@@ -46,6 +46,7 @@ fn help_names_every_command_and_option() {
         "nee",
         "mis",
         "kdtree",
+        "bvh",
         "brute",
         "sobol",
         "independent",
@@ -112,7 +113,7 @@ fn the_report_of_render_is_complete() {
         (&report["noise"], &report["depth"]),
         (&Value::Null, &3.into())
     );
-    assert_eq!(report["accel"], "kdtree");
+    assert_eq!(report["accel"], "bvh");
 }
 
 #[test]
@@ -190,7 +191,7 @@ fn info_counts_what_a_scene_holds() {
     assert_eq!(report["objects"], 5);
     let right = report["bounds"][1][0].as_f64().unwrap();
     assert!((2.5..2.500001).contains(&right), "{right}");
-    assert!(report["kdtree"]["references"].as_u64() >= Some(triangles));
+    assert!(report["tree"]["references"].as_u64() >= Some(triangles));
     // 36 bytes of vertices and 4 of a slot each.
     assert!(report["memory"]["primitives"].as_u64() >= Some(40 * triangles));
     assert!(report["load_seconds"].is_number() && report["build_seconds"].is_number());
@@ -198,7 +199,7 @@ fn info_counts_what_a_scene_holds() {
     let nothing = folder.write("nothing.toml", "background = [1, 1, 1]\n");
     let report = json(["info", nothing.to_str().unwrap(), "--json"]);
     assert_eq!(
-        (&report["bounds"], &report["kdtree"], &report["triangles"]),
+        (&report["bounds"], &report["tree"], &report["triangles"]),
         (&Value::Null, &Value::Null, &0.into())
     );
 

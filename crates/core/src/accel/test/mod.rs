@@ -1,26 +1,72 @@
-//! The tree against brute force over the same primitives and the same visitor: distances and ids
-//! bit for bit. Names that begin with a letter and a number are cases of the stability
-//! catalogue.
+//! The trees, on every kernel, against brute force over the same primitives and the same visitor:
+//! distances and ids bit for bit. Names that begin with a letter and a number are cases of the
+//! stability catalogue.
 
-mod build;
 mod traverse;
 
 use glam::{DVec3, Vec3, Vec3Swizzles};
 
-use super::node::Kind;
-use super::{KdTree, MAX_DEPTH};
+use super::bvh::Leaves;
+use super::{Bvh, KdTree, bvh, kdtree};
 use crate::math::{Aabb, Ray};
+#[cfg(target_arch = "x86_64")]
+use crate::simd::Avx2;
+use crate::simd::{Kernel, Lanes, Portable};
 
-type Triangle = [Vec3; 3];
+pub type Triangle = [Vec3; 3];
+
+/// A tree, and how it is walked.
+pub enum Walker {
+    Kd(KdTree),
+    Bvh(bvh::Built, Kernel),
+}
+
+impl Walker {
+    /// Calls `visit(id, t_max)` for primitives along a ray, as `KdTree::walk` does.
+    pub fn walk(&self, ray: &Ray, visit: Visit) {
+        match self {
+            Self::Kd(tree) => tree.walk(ray, visit),
+            Self::Bvh(built, kernel) => {
+                let mut each = Each {
+                    order: &built.order,
+                    visit,
+                };
+                match kernel {
+                    Kernel::Portable => built.tree.walk::<Portable>(ray, &mut each),
+                    #[cfg(target_arch = "x86_64")]
+                    Kernel::Avx2 => built.tree.walk::<Avx2>(ray, &mut each),
+                }
+            }
+        }
+    }
+}
+
+/// Shows the primitives of leaves to a visitor, one after the other.
+struct Each<'a> {
+    order: &'a [u32],
+    visit: Visit<'a>,
+}
+
+impl Leaves for Each<'_> {
+    fn visit<L: Lanes>(&mut self, first: u32, count: u32, mut t_max: f32) -> f32 {
+        for &id in &self.order[first as usize..][..count as usize] {
+            t_max = (self.visit)(id, t_max);
+            if t_max == f32::NEG_INFINITY {
+                break;
+            }
+        }
+        t_max
+    }
+}
 
 /// What a walk calls.
-type Visit<'a> = &'a mut dyn FnMut(u32, f32) -> f32;
+pub type Visit<'a> = &'a mut dyn FnMut(u32, f32) -> f32;
 
 /// Permuted congruential generator (O'Neill 2014), PCG-XSH-RR.
-struct Rng(u64);
+pub struct Rng(pub u64);
 
 impl Rng {
-    fn bits(&mut self) -> u32 {
+    pub fn bits(&mut self) -> u32 {
         let old = self.0;
         self.0 = old
             .wrapping_mul(6_364_136_223_846_793_005)
@@ -28,20 +74,20 @@ impl Rng {
         ((((old >> 18) ^ old) >> 27) as u32).rotate_right((old >> 59) as u32)
     }
 
-    fn below(&mut self, n: usize) -> usize {
+    pub fn below(&mut self, n: usize) -> usize {
         self.bits() as usize % n
     }
 
-    fn unit(&mut self) -> f32 {
+    pub fn unit(&mut self) -> f32 {
         (self.bits() >> 8) as f32 / (1 << 24) as f32
     }
 
     /// Uniform in [−1, 1)³.
-    fn cube(&mut self) -> Vec3 {
+    pub fn cube(&mut self) -> Vec3 {
         Vec3::from_array([0; 3].map(|_| self.unit() * 2.0 - 1.0))
     }
 
-    fn point_of(&mut self, [a, b, c]: Triangle) -> Vec3 {
+    pub fn point_of(&mut self, [a, b, c]: Triangle) -> Vec3 {
         let (mut u, mut v) = (self.unit(), self.unit());
         if u + v > 1.0 {
             (u, v) = (1.0 - u, 1.0 - v);
@@ -49,7 +95,7 @@ impl Rng {
         a + (b - a) * u + (c - a) * v
     }
 
-    fn soup(&mut self, n: usize, size: f32) -> Vec<Triangle> {
+    pub fn soup(&mut self, n: usize, size: f32) -> Vec<Triangle> {
         let mut triangle = || {
             let center = self.cube();
             [0; 3].map(|_| center + size * self.cube())
@@ -59,7 +105,7 @@ impl Rng {
 }
 
 /// Distance to a triangle, after Woop, Benthin & Wald (2013), with edge functions in f64.
-fn intersect([a, b, c]: Triangle, ray: &Ray, t_max: f32) -> Option<f32> {
+pub fn intersect([a, b, c]: Triangle, ray: &Ray, t_max: f32) -> Option<f32> {
     let d = ray.dir.to_array();
     let z = ray.dir.abs().max_position();
     let (x, y) = ((z + 1) % 3, (z + 2) % 3);
@@ -82,7 +128,7 @@ fn intersect([a, b, c]: Triangle, ray: &Ray, t_max: f32) -> Option<f32> {
 }
 
 /// Box around the part of a triangle in a cell (Sutherland & Hodgman 1974).
-fn clip(triangle: &Triangle, cell: &Aabb) -> Aabb {
+pub fn clip(triangle: &Triangle, cell: &Aabb) -> Aabb {
     let mut polygon: Vec<DVec3> = triangle.iter().map(|p| p.as_dvec3()).collect();
     for axis in 0..3 {
         for (bound, sign) in [(cell.min[axis], 1.0), (cell.max[axis], -1.0)] {
@@ -104,42 +150,16 @@ fn clip(triangle: &Triangle, cell: &Aabb) -> Aabb {
     Aabb::of_points(polygon.into_iter().map(DVec3::as_vec3))
 }
 
-fn build(triangles: &[Triangle]) -> KdTree {
+/// Every tree on every kernel.
+pub fn build(triangles: &[Triangle]) -> Vec<Walker> {
     let bounds: Vec<Aabb> = triangles.iter().map(|t| Aabb::of_points(*t)).collect();
-    let tree = KdTree::build(&bounds, |id, cell| clip(&triangles[id as usize], cell));
-    validate(&tree, &bounds);
-    tree
-}
-
-fn leaf_ids(tree: &KdTree, word: u32, count: u32) -> Vec<u32> {
-    match count {
-        1 => vec![word],
-        _ => tree.ids[word as usize..][..count as usize].to_vec(),
-    }
-}
-
-/// Every node reached once, planes inside their cells, leaves sorted and inside the list, depths
-/// within the stack, every primitive listed.
-fn validate(tree: &KdTree, bounds: &[Aabb]) {
-    let (mut nodes, mut listed) = (0, vec![false; bounds.len()]);
-    tree.for_each_cell(|node, cell, depth| {
-        nodes += 1;
-        match node.kind() {
-            Kind::Inner { axis, split, .. } => {
-                assert!(cell.min[axis] < split && split < cell.max[axis]);
-            }
-            Kind::Leaf { word, count } => {
-                assert!(depth <= MAX_DEPTH);
-                let ids = leaf_ids(tree, word, count);
-                assert!(ids.is_sorted_by(|a, b| a < b), "{ids:?}");
-                ids.iter().for_each(|&id| listed[id as usize] = true);
-            }
-        }
+    let kd = kdtree::test::build(triangles);
+    let bvh = Kernel::available().into_iter().map(|kernel| {
+        let built = Bvh::build(&bounds);
+        bvh::test::validate(&built, &bounds);
+        Walker::Bvh(built, kernel)
     });
-    assert_eq!(nodes, tree.nodes.len());
-    for (id, b) in bounds.iter().enumerate() {
-        assert_eq!(listed[id], !b.is_empty(), "primitive {id}");
-    }
+    std::iter::once(Walker::Kd(kd)).chain(bvh).collect()
 }
 
 /// Distance bits and id of the nearest hit, by a given walk over the primitives.
@@ -157,15 +177,21 @@ fn closest(triangles: &[Triangle], ray: &Ray, walk: impl FnOnce(Visit)) -> Optio
     best.map(|(t, id)| (t.to_bits(), id))
 }
 
-fn closest_in_tree(tree: &KdTree, triangles: &[Triangle], ray: &Ray) -> Option<(u32, u32)> {
-    closest(triangles, ray, |visit| tree.walk(ray, visit))
+/// The nearest hit, in which all trees must agree.
+fn closest_in_trees(trees: &[Walker], triangles: &[Triangle], ray: &Ray) -> Option<(u32, u32)> {
+    let hits: Vec<_> = trees
+        .iter()
+        .map(|tree| closest(triangles, ray, |visit| tree.walk(ray, visit)))
+        .collect();
+    assert!(hits.iter().all(|hit| *hit == hits[0]), "{ray:?} {hits:?}");
+    hits[0]
 }
 
 /// Compares all rays' hits, nearest and any, with brute force; gives the number of hits.
-fn check(tree: &KdTree, triangles: &[Triangle], rays: &[Ray]) -> usize {
+pub fn check(trees: &[Walker], triangles: &[Triangle], rays: &[Ray]) -> usize {
     let mut hits = 0;
     for ray in rays {
-        let found = closest_in_tree(tree, triangles, ray);
+        let found = closest_in_trees(trees, triangles, ray);
         let expected = closest(triangles, ray, |visit| {
             let mut t_max = ray.t_max;
             for id in 0..triangles.len() as u32 {
@@ -173,21 +199,23 @@ fn check(tree: &KdTree, triangles: &[Triangle], rays: &[Ray]) -> usize {
             }
         });
         assert_eq!(found, expected, "{ray:?}");
-        let mut any = false;
-        tree.walk(ray, |id, t_max| {
-            assert!(!any, "visited after the stop");
-            any = intersect(triangles[id as usize], ray, t_max).is_some();
-            if any { f32::NEG_INFINITY } else { t_max }
-        });
-        assert_eq!(any, expected.is_some(), "{ray:?}");
-        hits += usize::from(any);
+        for tree in trees {
+            let mut any = false;
+            tree.walk(ray, &mut |id, t_max| {
+                assert!(!any, "visited after the stop");
+                any = intersect(triangles[id as usize], ray, t_max).is_some();
+                if any { f32::NEG_INFINITY } else { t_max }
+            });
+            assert_eq!(any, expected.is_some(), "{ray:?}");
+        }
+        hits += usize::from(found.is_some());
     }
     hits
 }
 
 /// Rays aimed at vertices, edges and insides, from outside, inside and from vertices; along
 /// axes, in planes, and with ends.
-fn rays_at(triangles: &[Triangle], n: usize, rng: &mut Rng) -> Vec<Ray> {
+pub fn rays_at(triangles: &[Triangle], n: usize, rng: &mut Rng) -> Vec<Ray> {
     let bounds = Aabb::of_points(triangles.iter().flatten().copied());
     let (center, size) = (bounds.center(), bounds.diagonal());
     let aimed = |origin: Vec3, target: Vec3, t_max: f32| Ray {
@@ -237,16 +265,16 @@ fn rays_at(triangles: &[Triangle], n: usize, rng: &mut Rng) -> Vec<Ray> {
 }
 
 /// Random rays of all kinds against a scene; asserts that at least a tenth hit.
-fn check_scene(triangles: &[Triangle], n: usize, seed: u64) -> KdTree {
-    let tree = build(triangles);
+pub fn check_scene(triangles: &[Triangle], n: usize, seed: u64) -> Vec<Walker> {
+    let trees = build(triangles);
     let rays = rays_at(triangles, n, &mut Rng(seed));
-    let hits = check(&tree, triangles, &rays);
+    let hits = check(&trees, triangles, &rays);
     assert!(hits * 10 >= rays.len(), "{hits} hits of {n} rays");
-    tree
+    trees
 }
 
 /// A closed sphere with bumps, poles included.
-fn bumpy_sphere(n: usize) -> Vec<Triangle> {
+pub fn bumpy_sphere(n: usize) -> Vec<Triangle> {
     let point = |i: usize, j: usize| {
         let theta = std::f32::consts::PI * j as f32 / n as f32;
         let phi = std::f32::consts::PI * (i % (2 * n)) as f32 / n as f32;
@@ -280,7 +308,7 @@ fn bumpy_sphere(n: usize) -> Vec<Triangle> {
 }
 
 /// Two triangles per unit square of an n × n grid on each of three planes.
-fn grid(n: usize) -> Vec<Triangle> {
+pub fn grid(n: usize) -> Vec<Triangle> {
     let mut triangles = Vec::new();
     for axis in 0..3 {
         let [u, v, w] = [0, 1, 2].map(|k| Vec3::AXES[(axis + k) % 3]);
@@ -294,7 +322,7 @@ fn grid(n: usize) -> Vec<Triangle> {
 }
 
 /// Triangles of length 1000 and width 10⁻³, their centres within `spread` of the origin.
-fn needles(n: usize, spread: f32, rng: &mut Rng) -> Vec<Triangle> {
+pub fn needles(n: usize, spread: f32, rng: &mut Rng) -> Vec<Triangle> {
     let mut needle = || {
         let (center, along) = (spread * rng.cube(), 500.0 * rng.cube().normalize());
         let tip = center + along;

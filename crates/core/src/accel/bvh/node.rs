@@ -1,0 +1,139 @@
+//! Tree nodes of 256 bytes: eight children with their boxes.
+
+use glam::Vec3;
+
+use crate::math::Aabb;
+
+/// Children per node.
+pub(super) const WIDTH: usize = 8;
+
+/// An inner node, four cache lines. Boxes are relative to the centre of the tree, rounded
+/// outward.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(C, align(64))]
+pub(super) struct Node {
+    /// By axis: the lower planes of all children, the upper planes. A child that there is not
+    /// has an empty box.
+    pub planes: [[[f32; WIDTH]; 2]; 3],
+    pub children: [Link; WIDTH],
+}
+
+/// What a child is: an inner node, or a leaf.
+///
+/// In 32 bits: the index of an inner node, or 2³¹ + 8 · first + (count − 1).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Link(pub u32);
+
+/// Exclusive bound on the primitives' number that a link has room for.
+pub(super) const MAX_PRIMITIVES: usize = 1 << 28;
+
+const LEAF: u32 = 1 << 31;
+
+impl Link {
+    pub const ROOT: Self = Self(0);
+
+    /// A leaf of 1 to 8 primitives.
+    pub fn to_leaf(first: usize, count: usize) -> Self {
+        debug_assert!(first < MAX_PRIMITIVES && (1..=8).contains(&count));
+        Self(LEAF | (first as u32) << 3 | (count as u32 - 1))
+    }
+
+    /// The inner node, unless it is a leaf.
+    #[inline(always)]
+    pub fn inner(self) -> Option<u32> {
+        (self.0 < LEAF).then_some(self.0)
+    }
+
+    /// First primitive and number of primitives of a leaf.
+    #[inline(always)]
+    pub fn leaf(self) -> (u32, u32) {
+        ((self.0 & !LEAF) >> 3, (self.0 & 7) + 1)
+    }
+}
+
+impl Node {
+    /// A node without children.
+    pub const EMPTY: Self = Self {
+        planes: [[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3],
+        children: [Link::ROOT; WIDTH],
+    };
+
+    /// A node with the given children's boxes and no links yet.
+    pub fn new(children: &[Aabb], center: Vec3) -> Self {
+        let mut node = Self::EMPTY;
+        for (i, child) in children.iter().enumerate() {
+            for axis in 0..3 {
+                let exact = |x: f32| f64::from(x) - f64::from(center[axis]);
+                let (min, max) = (exact(child.min[axis]), exact(child.max[axis]));
+                let (mut lo, mut hi) = (min as f32, max as f32);
+                if f64::from(lo) > min {
+                    lo = lo.next_down();
+                }
+                if f64::from(hi) < max {
+                    hi = hi.next_up();
+                }
+                (node.planes[axis][0][i], node.planes[axis][1][i]) = (lo, hi);
+            }
+        }
+        node
+    }
+
+    /// Whether there is a child `i`.
+    pub fn has(&self, i: usize) -> bool {
+        self.planes[0][0][i] <= self.planes[0][1][i]
+    }
+
+    /// The same node after its subtree was appended behind `nodes` nodes and `primitives`
+    /// primitives.
+    pub fn moved(mut self, nodes: u32, primitives: u32) -> Self {
+        for i in 0..WIDTH {
+            if !self.has(i) {
+                break;
+            }
+            self.children[i].0 += match self.children[i].inner() {
+                Some(_) => nodes,
+                None => primitives << 3,
+            };
+        }
+        self
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn boxes_hold_the_boxes_given() {
+        assert_eq!(size_of::<Node>(), 256);
+        let mut state = 1u32;
+        let mut number = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32 / (1 << 23) as f32 - 1.0
+        };
+        for round in 0..2000 {
+            let (at, size) = (
+                [0.0, 1e3, -1e6][round % 3],
+                [1.0, 1e-4, 0.0, 1e12][round % 4],
+            );
+            let mut point = || Vec3::new(number(), number(), number()) * size + at;
+            let center = point();
+            let boxes: Vec<Aabb> = (0..1 + round % 8)
+                .map(|_| Aabb::of_points([point(), point()]))
+                .collect();
+            let node = Node::new(&boxes, center);
+            for i in 0..WIDTH {
+                assert_eq!(node.has(i), i < boxes.len());
+            }
+            for (i, b) in boxes.iter().enumerate() {
+                for axis in 0..3 {
+                    let exact = |x: f32| f64::from(x) - f64::from(center[axis]);
+                    let [lo, hi] = node.planes[axis].map(|planes| planes[i]);
+                    let (min, max) = (exact(b.min[axis]), exact(b.max[axis]));
+                    assert!(f64::from(lo) <= min && min < f64::from(lo.next_up()));
+                    assert!(f64::from(hi.next_down()) < max && max <= f64::from(hi));
+                }
+            }
+        }
+    }
+}

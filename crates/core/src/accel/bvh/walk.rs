@@ -1,0 +1,202 @@
+//! Walking a ray through the tree, the nearest of the boxes it meets first.
+
+use std::mem::MaybeUninit;
+
+use glam::Vec3;
+
+use super::node::{Link, Node, WIDTH};
+use super::{Bvh, MAX_DEPTH};
+use crate::accel::Beam;
+use crate::math::Ray;
+use crate::simd::Lanes;
+
+/// Each node on a path leaves all its children but one on the stack.
+const STACK: usize = MAX_DEPTH * (WIDTH - 1) + 1;
+
+/// A link and the distance at which its box begins, never negative, so that numbers compare as
+/// distances do.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Entry(u64);
+
+impl Entry {
+    #[inline(always)]
+    fn new(t: f32, link: Link) -> Self {
+        Self(u64::from(t.to_bits()) << 32 | u64::from(link.0))
+    }
+
+    #[inline(always)]
+    fn t(self) -> f32 {
+        f32::from_bits((self.0 >> 32) as u32)
+    }
+
+    #[inline(always)]
+    fn link(self) -> Link {
+        Link(self.0 as u32)
+    }
+}
+
+/// What a walk shows leaves to.
+pub(crate) trait Leaves {
+    /// Tests primitives `first`, `first` + 1, … of the tree's order. Returns the new `t_max`: the
+    /// same, the distance of a hit that makes what lies beyond it uninteresting, or −∞ to stop at
+    /// once. The first is the ray's.
+    fn visit<L: Lanes>(&mut self, first: u32, count: u32, t_max: f32) -> f32;
+}
+
+/// Reads what was pushed.
+#[inline(always)]
+fn entry_at(stack: &[MaybeUninit<Entry>; STACK], at: usize) -> Entry {
+    #[expect(
+        unsafe_code,
+        reason = "clearing the stack would cost as much as a short walk"
+    )]
+    // SAFETY: the walk reads below its height only, where it has written.
+    unsafe {
+        stack[at].assume_init()
+    }
+}
+
+impl Bvh {
+    /// An inner node by a link.
+    #[inline(always)]
+    fn node(&self, index: u32) -> &Node {
+        #[expect(unsafe_code, reason = "the walk is bound by what it executes per node")]
+        // SAFETY: the build makes links to nodes that there are, and nothing changes them.
+        unsafe {
+            self.nodes.get_unchecked(index as usize)
+        }
+    }
+
+    /// Visits the leaves along `ray`, in the order in which their boxes begin as far as that is
+    /// known.
+    ///
+    /// Visited is every primitive that `ray` meets, to within the rounding errors of an f32 test,
+    /// at a distance up to the final `t_max` plus 2⁻²⁰ of itself. A ray with NaN or infinite
+    /// origin or direction, no direction, or without `t_max > 0` visits nothing.
+    #[inline(always)]
+    pub(crate) fn walk<L: Lanes>(&self, ray: &Ray, leaves: &mut impl Leaves) {
+        let Some(beam) = Beam::new(ray, &self.bounds) else {
+            return;
+        };
+        if self.nodes.is_empty() {
+            return;
+        }
+        let slopes = Slopes::<L>::new(&beam, self.center);
+        let mut t_max = ray.t_max;
+        let mut stack = [const { MaybeUninit::<Entry>::uninit() }; STACK];
+        let mut height = 0;
+        let mut link = Link::ROOT;
+        loop {
+            if let Some(index) = link.inner() {
+                let node = self.node(index);
+                let (mut mask, t) = node.meet::<L>(&slopes, t_max);
+                if mask != 0 {
+                    let nearest = node.take(&mut mask, &t);
+                    if mask == 0 {
+                        link = nearest.link();
+                        continue;
+                    }
+                    let second = node.take(&mut mask, &t);
+                    let (nearest, second) = (nearest.min(second), nearest.max(second));
+                    if mask == 0 {
+                        stack[height].write(second);
+                        height += 1;
+                        link = nearest.link();
+                        continue;
+                    }
+                    // Kept in order, the nearest last.
+                    let base = height;
+                    stack[height].write(second);
+                    stack[height + 1].write(nearest);
+                    height += 2;
+                    while mask != 0 {
+                        let entry = node.take(&mut mask, &t);
+                        let mut at = height;
+                        while at > base && entry_at(&stack, at - 1) < entry {
+                            stack[at] = stack[at - 1];
+                            at -= 1;
+                        }
+                        stack[at].write(entry);
+                        height += 1;
+                    }
+                    height -= 1;
+                    link = entry_at(&stack, height).link();
+                    continue;
+                }
+            } else {
+                let (first, count) = link.leaf();
+                t_max = leaves.visit::<L>(first, count, t_max);
+            }
+            loop {
+                if height == 0 {
+                    return;
+                }
+                height -= 1;
+                let entry = entry_at(&stack, height);
+                if entry.t() <= t_max {
+                    link = entry.link();
+                    break;
+                }
+            }
+        }
+    }
+}
+
+/// The ray against boxes relative to the tree's centre: they are met at
+/// plane · inv_dir − start, widened.
+struct Slopes<L> {
+    inv_dir: [L; 3],
+    /// For the planes that are nearer, and for those that are farther.
+    start: [[L; 2]; 3],
+    /// Which planes are nearer.
+    near: [usize; 3],
+}
+
+impl<L: Lanes> Slopes<L> {
+    #[inline(always)]
+    fn new(beam: &Beam, center: Vec3) -> Self {
+        let start = (center - beam.origin) * beam.inv_dir;
+        let (near, far) = (start - beam.pad, start + beam.pad);
+        Self {
+            inv_dir: [
+                L::splat(beam.inv_dir.x),
+                L::splat(beam.inv_dir.y),
+                L::splat(beam.inv_dir.z),
+            ],
+            start: [
+                [L::splat(near.x), L::splat(far.x)],
+                [L::splat(near.y), L::splat(far.y)],
+                [L::splat(near.z), L::splat(far.z)],
+            ],
+            near: [0, 1, 2].map(|axis| beam.near(axis) as usize),
+        }
+    }
+}
+
+impl Node {
+    /// Takes the first child out of a mask.
+    #[inline(always)]
+    fn take(&self, mask: &mut u32, t: &[f32; WIDTH]) -> Entry {
+        let i = mask.trailing_zeros() as usize & (WIDTH - 1);
+        *mask &= *mask - 1;
+        Entry::new(t[i], self.children[i])
+    }
+
+    /// The children whose boxes the beam meets before `t_max`, a bit for each, and where it
+    /// enters them.
+    #[inline(always)]
+    fn meet<L: Lanes>(&self, slopes: &Slopes<L>, t_max: f32) -> (u32, [f32; WIDTH]) {
+        let (mut enter, mut exit) = (L::splat(0.0), L::splat(t_max));
+        for axis in 0..3 {
+            let near = slopes.near[axis] & 1;
+            let (near, far) = (
+                L::load(&self.planes[axis][near]),
+                L::load(&self.planes[axis][near ^ 1]),
+            );
+            let [first, last] = slopes.start[axis];
+            enter = enter.max(near.mul_add(slopes.inv_dir[axis], first));
+            exit = exit.min(far.mul_add(slopes.inv_dir[axis], last));
+        }
+        (enter.le(exit), enter.store())
+    }
+}

@@ -1,0 +1,223 @@
+//! Every accelerator on every kernel against a loop over all primitives: bit for bit.
+
+use glam::Vec3;
+
+use super::*;
+use crate::accel::test::{Rng, bumpy_sphere, needles, rays_at};
+use crate::settings::AccelKind;
+use crate::shape::ShearedRay;
+use crate::simd::Kernel;
+
+/// What a ray hits, by the definition: the least (distance, id), where emitters count as nearer
+/// by 2⁻²⁰; of a quad's two triangles the nearer.
+fn expected(primitives: &Primitives, ray: &Ray, is_emitter: impl Fn(u32) -> bool) -> Option<Hit> {
+    let sheared = ShearedRay::new(ray);
+    let mut best: Option<Hit> = None;
+    let mut offer = |id: u32, t: f32, u: f32, v: f32| {
+        let t = if is_emitter(id) {
+            t * (1.0 - 1.0 / 1_048_576.0)
+        } else {
+            t
+        };
+        if t <= ray.t_max && best.is_none_or(|b| t < b.t) {
+            best = Some(Hit { t, prim: id, u, v });
+        }
+    };
+    for id in 0..primitives.len() as u32 {
+        match primitives.get(id) {
+            Primitive::Triangle(triangle) => {
+                if let Some(h) = sheared.triangle(triangle, f32::INFINITY) {
+                    offer(id, h.t, h.b1, h.b2);
+                }
+            }
+            Primitive::Quad(quad) => {
+                let [first, second] = quad.triangles();
+                if let Some(h) = sheared.triangle(first, f32::INFINITY) {
+                    offer(id, h.t, h.b1 + h.b2, h.b2);
+                }
+                if let Some(h) = sheared.triangle(second, f32::INFINITY) {
+                    offer(id, h.t, h.b1, h.b1 + h.b2);
+                }
+            }
+            Primitive::Sphere(sphere) => {
+                if let Some(t) = sphere.intersect(ray, f32::INFINITY) {
+                    offer(id, t, 0.0, 0.0);
+                }
+            }
+        }
+    }
+    best
+}
+
+fn bits(hit: Option<Hit>) -> Option<[u32; 4]> {
+    hit.map(|h| [h.t.to_bits(), h.prim, h.u.to_bits(), h.v.to_bits()])
+}
+
+/// Compares everything; gives the number of hits.
+fn check(make: impl Fn() -> Primitives, rays: &[Ray], emitters: u32) -> usize {
+    let is_emitter = |id: u32| emitters != 0 && id.is_multiple_of(emitters);
+    let primitives = make();
+    let found: Vec<_> = rays
+        .iter()
+        .map(|ray| expected(&primitives, ray, is_emitter))
+        .collect();
+    let plain: Vec<_> = rays
+        .iter()
+        .map(|ray| expected(&primitives, ray, |_| false))
+        .collect();
+    for &accel in AccelKind::ALL {
+        for kernel in Kernel::available() {
+            let geometry = Geometry::build_for(make(), accel, kernel);
+            for ((ray, hit), plain) in rays.iter().zip(&found).zip(&plain) {
+                let got = geometry.intersect(ray, is_emitter);
+                assert_eq!(bits(got), bits(*hit), "{accel} {kernel:?} {ray:?}");
+                let shaded = geometry.occluded(ray, u32::MAX);
+                assert_eq!(shaded, plain.is_some(), "{accel} {kernel:?} {ray:?}");
+            }
+        }
+    }
+    found.iter().flatten().count()
+}
+
+/// Triangles as they are, each with a neighbour in the same plane; quads and spheres from them.
+fn mixed(triangles: &[[Vec3; 3]], spheres: usize) -> Primitives {
+    let mut primitives = Primitives::default();
+    for (i, &[a, b, c]) in triangles.iter().enumerate() {
+        if i < spheres {
+            let (center, radius) = (a, 0.3 * (b - a).length());
+            primitives.spheres.push(Sphere { center, radius });
+        } else if i % 3 == 0 {
+            primitives.quads.push(Quad::new([a, b, b + (c - a), c]));
+        } else {
+            primitives.triangles.extend([[a, b, c]; 2]);
+        }
+    }
+    primitives
+}
+
+#[test]
+fn mixtures_of_all_shapes_are_hit_as_by_the_definition() {
+    let mut rng = Rng(31);
+    let mut hits = 0;
+    for (n, size, spheres) in [
+        (1, 1.0, 1),
+        (6, 1.0, 0),
+        (40, 0.6, 3),
+        (300, 0.3, 60),
+        (3000, 0.1, 9),
+    ] {
+        let triangles = rng.soup(n, size);
+        let rays = rays_at(&triangles, 1500, &mut rng);
+        for emitters in [0, 1, 7] {
+            hits += check(|| mixed(&triangles, spheres), &rays, emitters);
+        }
+    }
+    assert!(hits > 5000, "{hits}");
+}
+
+#[test]
+fn meshes_and_needles_are_hit_as_by_the_definition() {
+    let mut rng = Rng(32);
+    for triangles in [bumpy_sphere(20), needles(400, 20.0, &mut rng)] {
+        let rays = rays_at(&triangles, 1500, &mut rng);
+        let make = || Primitives {
+            triangles: triangles.clone(),
+            ..Primitives::default()
+        };
+        assert!(check(make, &rays, 0) > 100);
+    }
+}
+
+#[test]
+fn diagonals_and_edges_of_coplanar_quads_have_one_answer() {
+    // Quads of a plane, each there twice, hit on diagonals, edges and corners.
+    let mut rng = Rng(33);
+    let tilt = |p: Vec3| glam::Quat::from_axis_angle(Vec3::new(0.6, 0.0, 0.8), 0.7) * p;
+    let make = || Primitives {
+        quads: (0..32)
+            .map(|i| {
+                let at = Vec3::new((i / 2 % 4) as f32, (i / 8) as f32, 3.0);
+                Quad::new([at, at + Vec3::X, at + Vec3::X + Vec3::Y, at + Vec3::Y].map(tilt))
+            })
+            .collect(),
+        ..Primitives::default()
+    };
+    let rays: Vec<Ray> = (0..6000)
+        .map(|_| {
+            let mut grid = || rng.below(17) as f32 / 4.0;
+            let target = tilt(Vec3::new(grid(), grid(), 3.0));
+            Ray::new(Vec3::ZERO, target.normalize())
+        })
+        .collect();
+    for emitters in [0, 2, 3] {
+        assert!(check(make, &rays, emitters) > 5000);
+    }
+}
+
+#[test]
+fn a_closed_mesh_has_no_holes() {
+    let triangles = bumpy_sphere(40);
+    let mut rng = Rng(34);
+    let targets: Vec<Vec3> = (0..20_000)
+        .map(|i| {
+            let t = triangles[rng.below(triangles.len())];
+            match i % 3 {
+                0 => t[0],
+                1 => t[0].lerp(t[1], rng.unit()),
+                _ => rng.point_of(t),
+            }
+        })
+        .collect();
+    for &accel in AccelKind::ALL {
+        for kernel in Kernel::available() {
+            let primitives = Primitives {
+                triangles: triangles.clone(),
+                ..Primitives::default()
+            };
+            let geometry = Geometry::build_for(primitives, accel, kernel);
+            // By brute force a part will do.
+            let some = if accel == AccelKind::Brute {
+                500
+            } else {
+                targets.len()
+            };
+            for target in &targets[..some] {
+                let origin = 0.1 * rng.cube();
+                let ray = Ray::new(origin, (*target - origin).normalize());
+                assert!(
+                    geometry.intersect(&ray, |_| false).is_some(),
+                    "{accel} {ray:?}"
+                );
+                assert!(geometry.occluded(&ray, u32::MAX), "{accel} {ray:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_primitive_left_out_does_not_shade() {
+    let quad = |z: f32| {
+        let corner = |x, y| Vec3::new(x, y, z);
+        Quad::new([
+            corner(-1.0, -1.0),
+            corner(1.0, -1.0),
+            corner(1.0, 1.0),
+            corner(-1.0, 1.0),
+        ])
+    };
+    for &accel in AccelKind::ALL {
+        for kernel in Kernel::available() {
+            let primitives = Primitives {
+                quads: vec![quad(1.0), quad(2.0)],
+                ..Primitives::default()
+            };
+            let geometry = Geometry::build_for(primitives, accel, kernel);
+            let ray = |t_max| Ray {
+                t_max,
+                ..Ray::new(Vec3::ZERO, Vec3::Z)
+            };
+            assert!(geometry.occluded(&ray(3.0), 0) && geometry.occluded(&ray(3.0), 1));
+            assert!(!geometry.occluded(&ray(1.5), 0) && geometry.occluded(&ray(1.0), 1));
+        }
+    }
+}

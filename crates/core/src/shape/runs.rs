@@ -1,0 +1,240 @@
+//! Triangles laid out for SIMD: runs of up to eight that are tested at once.
+
+use glam::Vec3;
+
+use super::triangle::{ShearedRay, TriangleHit, exact};
+use crate::math::gamma;
+use crate::simd::Lanes;
+
+/// Words per triangle: nine coordinates and a tag.
+const WORDS: usize = 10;
+
+/// Triangles in some order, each with a tag of the caller's. Any run (first, count) of those
+/// that it was made of, with count ≤ 8, can be tested.
+///
+/// A run of n is n·[`WORDS`] words: nine rows of n for the coordinates (x, y, z of the first
+/// vertex, then of the second and third), and a row of tags. Rows are read eight words wide
+/// whatever n is, so the last run is followed by padding.
+#[derive(Debug)]
+pub struct TriangleRuns {
+    words: Vec<f32>,
+}
+
+impl TriangleRuns {
+    /// Most triangles in a run.
+    pub const MAX: usize = 8;
+
+    /// Lays out `runs` of given lengths, which follow each other; `triangle(i)` gives the i-th
+    /// triangle and its tag.
+    pub fn new(
+        runs: impl Iterator<Item = usize>,
+        triangle: impl Fn(usize) -> ([Vec3; 3], u32),
+    ) -> Self {
+        let mut words = Vec::new();
+        let mut first = 0;
+        for count in runs {
+            assert!(count <= Self::MAX, "a run of {count} triangles");
+            let base = words.len();
+            words.resize(base + count * WORDS, 0.0);
+            for lane in 0..count {
+                let (vertices, tag) = triangle(first + lane);
+                for (v, vertex) in vertices.iter().enumerate() {
+                    for axis in 0..3 {
+                        words[base + (3 * v + axis) * count + lane] = vertex[axis];
+                    }
+                }
+                words[base + 9 * count + lane] = f32::from_bits(tag);
+            }
+            first += count;
+        }
+        words.resize(words.len() + Self::MAX, 0.0);
+        words.shrink_to_fit();
+        Self { words }
+    }
+
+    /// Memory, bytes.
+    pub fn bytes(&self) -> usize {
+        size_of_val(&*self.words)
+    }
+
+    /// The triangles of a run that [`ShearedRay::triangle`] might accept, a bit for each: all
+    /// that it accepts and few that it does not.
+    #[inline(always)]
+    pub(crate) fn candidates<L: Lanes>(
+        &self,
+        ray: &ShearedRay,
+        first: u32,
+        count: u32,
+        t_max: f32,
+    ) -> Candidates<L> {
+        let n = count as usize;
+        let base = first as usize * WORDS;
+        let run = Run {
+            words: &self.words[base..base + 9 * n + Self::MAX],
+            count: n,
+        };
+        let [x, y, z] = ray.axes;
+        let axis = |axis: usize| (axis, ray.origin[axis]);
+        let axes = [axis(x), axis(y), axis(z)];
+        let a = run.shear::<L>(0, axes, ray.shear);
+        let b = run.shear::<L>(1, axes, ray.shear);
+        let c = run.shear::<L>(2, axes, ray.shear);
+        let (u, v, w) = (edge(b, c), edge(c, a), edge(a, b));
+        let zero = L::splat(0.0);
+        let disagree = u.min(v).min(w).lt(zero) & zero.lt(u.max(v).max(w));
+        // t is an average of the depths, to within its rounding.
+        let (nearest, farthest) = (a[2].min(b[2]).min(c[2]), a[2].max(b[2]).max(c[2]));
+        let beyond = L::splat(t_max).lt(nearest.mul(L::splat(1.0 - gamma(16))));
+        let behind = farthest.le(zero);
+        Candidates {
+            mask: !(disagree | beyond | behind) & ((1 << count) - 1),
+            vertices: [a, b, c],
+        }
+    }
+
+    /// The tag of a triangle of a run.
+    #[inline(always)]
+    pub fn tag(&self, first: u32, count: u32, lane: u32) -> u32 {
+        self.words[first as usize * WORDS + 9 * count as usize + lane as usize].to_bits()
+    }
+}
+
+/// Triangles of a run that may be hit.
+pub(crate) struct Candidates<L> {
+    /// A bit for each.
+    pub mask: u32,
+    /// The vertices in the ray's coordinates.
+    vertices: [[L; 3]; 3],
+}
+
+impl<L: Lanes> Candidates<L> {
+    /// The triangles one by one.
+    #[inline(always)]
+    pub fn apart(&self) -> Apart {
+        let [a, b, c] = self.vertices;
+        Apart([
+            [a[0].store(), a[1].store(), a[2].store()],
+            [b[0].store(), b[1].store(), b[2].store()],
+            [c[0].store(), c[1].store(), c[2].store()],
+        ])
+    }
+}
+
+/// Triangles of a run in the ray's coordinates: by vertex, axis and triangle.
+pub(crate) struct Apart([[[f32; TriangleRuns::MAX]; 3]; 3]);
+
+impl Apart {
+    /// The hit of a candidate with `0 < t ≤ t_max`, if any.
+    #[inline(always)]
+    pub fn hit(&self, lane: u32, t_max: f32) -> Option<TriangleHit> {
+        let i = lane as usize % TriangleRuns::MAX;
+        let [a, b, c] = &self.0;
+        exact(
+            [a[0][i], a[1][i], a[2][i]],
+            [b[0][i], b[1][i], b[2][i]],
+            [c[0][i], c[1][i], c[2][i]],
+            t_max,
+        )
+    }
+}
+
+/// A run's words, and what is read with it.
+struct Run<'a> {
+    words: &'a [f32],
+    count: usize,
+}
+
+impl Run<'_> {
+    /// One coordinate of one vertex of all triangles.
+    #[inline(always)]
+    fn row<L: Lanes>(&self, vertex: usize, axis: usize) -> L {
+        match self.words[(3 * vertex + axis) * self.count..].first_chunk() {
+            Some(row) => L::load(row),
+            None => L::splat(0.0),
+        }
+    }
+
+    /// One vertex of all triangles, as by `ShearedRay::shear` operation by operation.
+    #[inline(always)]
+    fn shear<L: Lanes>(&self, v: usize, axes: [(usize, f32); 3], shear: [f32; 3]) -> [L; 3] {
+        let [(x, ox), (y, oy), (z, oz)] = axes;
+        let along = self.row::<L>(v, z).sub(L::splat(oz));
+        let (sx, sy, sz) = (L::splat(shear[0]), L::splat(shear[1]), L::splat(shear[2]));
+        [
+            self.row::<L>(v, x).sub(L::splat(ox)).sub(sx.mul(along)),
+            self.row::<L>(v, y).sub(L::splat(oy)).sub(sy.mul(along)),
+            sz.mul(along),
+        ]
+    }
+}
+
+/// As `edge` in triangle.rs.
+#[inline(always)]
+fn edge<L: Lanes>(p: [L; 3], q: [L; 3]) -> L {
+    q[0].mul(p[1]).sub(q[1].mul(p[0]))
+}
+
+#[cfg(test)]
+mod test {
+    use super::*;
+    use crate::math::Ray;
+    use crate::simd::{Kernel, Portable};
+
+    /// Splitmix64 (Steele, Lea & Flood 2014), 24 bits as a number in [−1, 1), coarse so that
+    /// edges, vertices and planes are hit exactly.
+    fn number(state: &mut u64) -> f32 {
+        *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let x = (*state ^ (*state >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        let bits = (x ^ (x >> 31)) >> 40;
+        if bits.is_multiple_of(3) {
+            return (bits % 9) as f32 / 4.0 - 1.0;
+        }
+        bits as f32 / (1 << 23) as f32 - 1.0
+    }
+
+    #[test]
+    fn candidates_hold_every_hit_and_few_more() {
+        let mut state = 1;
+        let mut point = || Vec3::from_array([0; 3].map(|_| number(&mut state)));
+        let triangles: Vec<[Vec3; 3]> = (0..36).map(|_| [point(), point(), point()]).collect();
+        let runs = TriangleRuns::new(1..=8, |i| (triangles[i], i as u32 + 7));
+        let (mut hits, mut candidates) = (0, 0);
+        for _ in 0..20_000 {
+            let ray = Ray::new(point() * 2.0, point().normalize_or(Vec3::Z));
+            let sheared = ShearedRay::new(&ray);
+            let mut first = 0;
+            for count in 1..=8 {
+                for t_max in [f32::INFINITY, 1.0] {
+                    let found = runs.candidates::<Portable>(&sheared, first, count, t_max);
+                    let mask = found.mask;
+                    #[cfg(target_arch = "x86_64")]
+                    if Kernel::available().contains(&Kernel::Avx2) {
+                        let avx2 =
+                            runs.candidates::<crate::simd::Avx2>(&sheared, first, count, t_max);
+                        assert_eq!(mask, avx2.mask);
+                    }
+                    for lane in 0..count {
+                        let triangle = triangles[(first + lane) as usize];
+                        assert_eq!(runs.tag(first, count, lane), first + lane + 7);
+                        let hit = sheared.triangle(triangle, t_max);
+                        let is_candidate = mask >> lane & 1 == 1;
+                        assert!(hit.is_none() || is_candidate, "{ray:?} {triangle:?}");
+                        if is_candidate {
+                            assert_eq!(found.apart().hit(lane, t_max), hit);
+                        }
+                        let hit = hit.is_some();
+                        hits += u32::from(hit);
+                    }
+                    assert_eq!(mask >> count, 0);
+                    candidates += mask.count_ones();
+                }
+                first += count;
+            }
+        }
+        assert!(
+            hits > 10_000 && candidates < 2 * hits,
+            "{hits} {candidates}"
+        );
+    }
+}

@@ -1,0 +1,85 @@
+//! Eight lanes as an array, for the compiler to spread over what registers there are.
+
+use super::Lanes;
+
+/// Eight f32.
+#[derive(Clone, Copy)]
+#[repr(align(32))]
+pub(crate) struct Portable([f32; 8]);
+
+impl Portable {
+    #[inline(always)]
+    fn map2(self, b: Self, f: impl Fn(f32, f32) -> f32) -> Self {
+        let mut to = [0.0; 8];
+        for (to, (a, b)) in to.iter_mut().zip(self.0.iter().zip(&b.0)) {
+            *to = f(*a, *b);
+        }
+        Self(to)
+    }
+
+    #[inline(always)]
+    fn mask(self, b: Self, f: impl Fn(f32, f32) -> bool) -> u32 {
+        let mut mask = 0;
+        for (i, (a, b)) in self.0.iter().zip(&b.0).enumerate() {
+            mask |= u32::from(f(*a, *b)) << i;
+        }
+        mask
+    }
+}
+
+impl Lanes for Portable {
+    #[inline(always)]
+    fn splat(x: f32) -> Self {
+        Self([x; 8])
+    }
+
+    #[inline(always)]
+    fn load(from: &[f32; 8]) -> Self {
+        Self(*from)
+    }
+
+    #[inline(always)]
+    fn store(self) -> [f32; 8] {
+        self.0
+    }
+
+    #[inline(always)]
+    fn add(self, b: Self) -> Self {
+        self.map2(b, |a, b| a + b)
+    }
+
+    #[inline(always)]
+    fn sub(self, b: Self) -> Self {
+        self.map2(b, |a, b| a - b)
+    }
+
+    #[inline(always)]
+    fn mul(self, b: Self) -> Self {
+        self.map2(b, |a, b| a * b)
+    }
+
+    #[inline(always)]
+    fn mul_add(self, b: Self, c: Self) -> Self {
+        self.mul(b).add(c)
+    }
+
+    #[inline(always)]
+    fn min(self, b: Self) -> Self {
+        self.map2(b, |a, b| if a < b { a } else { b })
+    }
+
+    #[inline(always)]
+    fn max(self, b: Self) -> Self {
+        self.map2(b, |a, b| if a > b { a } else { b })
+    }
+
+    #[inline(always)]
+    fn le(self, b: Self) -> u32 {
+        self.mask(b, |a, b| a <= b)
+    }
+
+    #[inline(always)]
+    fn lt(self, b: Self) -> u32 {
+        self.mask(b, |a, b| a < b)
+    }
+}
