@@ -5,10 +5,14 @@
 //! parses that; `polygon` cuts the faces into triangles. Faces are shaded flat: normals in the
 //! file are checked but not used.
 
+#[cfg(test)]
+mod file_test;
 mod mtl;
 #[cfg(test)]
 mod mtl_test;
 mod polygon;
+#[cfg(test)]
+mod random_test;
 mod records;
 #[cfg(test)]
 mod test;

@@ -1,5 +1,5 @@
 //! What MTL texts hold in the wild, and what must come of it. Files that name others are in
-//! `test`.
+//! `file_test`.
 
 use std::path::Path;
 

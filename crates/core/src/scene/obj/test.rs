@@ -1,16 +1,16 @@
 //! What OBJ and MTL files meet in the wild, and what must come of it.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use glam::{Vec2, Vec3};
 
-use super::mtl_test::{assert_physical, materials};
-use super::{ObjMesh, load, parse};
-use crate::scene::desc::MaterialDesc;
+use super::mtl_test::assert_physical;
+use super::{ObjMesh, parse};
 use crate::scene::error::SceneError;
 
 /// Four corners of the unit square, and as many texture coordinates and normals as it takes.
-const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvn 0 0 1\n";
+pub(super) const SQUARE: &str =
+    "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvn 0 0 1\n";
 
 fn read(text: &str) -> Result<ObjMesh, SceneError> {
     let mesh = parse(text.as_bytes(), Path::new("test.obj"));
@@ -33,7 +33,7 @@ pub(super) fn assert_readable(error: &SceneError) {
 }
 
 /// What the rest of lightbox relies on.
-fn assert_sound(mesh: &ObjMesh) {
+pub(super) fn assert_sound(mesh: &ObjMesh) {
     assert!(!mesh.triangles.is_empty());
     assert!(mesh.positions.iter().all(|p| p.abs().max_element() <= 1e18));
     assert!(mesh.uvs.iter().all(|uv| uv.is_finite()));
@@ -83,7 +83,7 @@ fn area(mesh: &ObjMesh) -> f64 {
 }
 
 /// Warnings as `line×count message`.
-fn warnings(mesh: &ObjMesh) -> Vec<String> {
+pub(super) fn warnings(mesh: &ObjMesh) -> Vec<String> {
     let text =
         |w: &super::SceneWarning| format!("{}×{} {}", w.line.unwrap_or(0), w.count, w.message);
     mesh.warnings.iter().map(text).collect()
@@ -328,181 +328,9 @@ fn what_is_no_obj_file_is_refused_in_one_clear_line() {
 }
 
 #[test]
-fn warnings_of_many_kinds_are_bounded() {
+pub(super) fn warnings_of_many_kinds_are_bounded() {
     let records: String = (0..1000).map(|i| format!("odd{i} 1\n")).collect();
     let mesh = with_square(&format!("{records}f 1 2 3")).unwrap();
     assert!(mesh.warnings.len() < 50);
     assert_eq!(mesh.warnings.iter().map(|w| w.count).sum::<usize>(), 1000);
-}
-
-/// A folder that is gone after the test.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("lightbox-obj-{name}-{}", std::process::id()));
-        std::fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-
-    fn write(&self, name: &str, text: &str) -> PathBuf {
-        let path = self.0.join(name);
-        std::fs::write(&path, text).unwrap();
-        path
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        // Nothing depends on it.
-        let _ = std::fs::remove_dir_all(&self.0);
-    }
-}
-
-#[test]
-fn files_are_found_beside_the_one_that_names_them() {
-    let folder = Folder::new("found");
-    let texture = folder.write("wood grain.png", "");
-    let named = "newmtl wood\nmap_Kd -s 1 1 1 -o 0 wood grain.png\n\
-                 newmtl moved wood\nKd .5\nmap_Kd -bm 2 -clamp on C:\\art\\wood grain.png\n\
-                 newmtl lost\nmap_Kd gone.png";
-    folder.write("my colours.mtl", named);
-    folder.write("more.mtl", "newmtl lamp\nKe 5");
-    let text = format!(
-        "mtllib\tmy colours.mtl\nmtllib my colours.mtl\nmtllib gone.mtl ./more.mtl\n{SQUARE}f 1 2 3\n\
-         usemtl  moved wood\nf 1 2 3\nusemtl lamp \nf 1 2 3\nusemtl wood\nf 1 2 3\nusemtl lost\nf 1 2 3"
-    );
-    let mesh = load(&folder.write("a.obj", &text)).unwrap();
-    assert_sound(&mesh);
-    assert_eq!(mesh.triangle_materials, [u32::MAX, 1, 3, 0, 2]);
-    let [wood, moved, lost, lamp] = mesh.materials.as_slice() else {
-        panic!("{:?}", mesh.materials)
-    };
-    assert_eq!(
-        (wood.texture.as_ref(), wood.albedo),
-        (Some(&texture), Vec3::ONE)
-    );
-    assert_eq!(
-        (moved.texture.as_ref(), moved.albedo),
-        (Some(&texture), Vec3::splat(0.5))
-    );
-    assert_eq!(
-        (lost.texture.as_ref(), lost.albedo),
-        (None, MaterialDesc::default().albedo)
-    );
-    assert_eq!(lamp.emission, Vec3::splat(5.0));
-    let warned = warnings(&mesh);
-    assert_eq!(warned.len(), 3, "{warned:?}");
-    assert!(
-        warned[0].starts_with("5×1 map_Kd: texture options"),
-        "{warned:?}"
-    );
-    assert!(
-        warned[1].starts_with("6×1 no texture \"gone.png\""),
-        "{warned:?}"
-    );
-    assert!(
-        warned[2].starts_with("3×1 no material library \"gone.mtl\""),
-        "{warned:?}"
-    );
-
-    // A bad material stops the load where it stands; so does a file that cannot be read.
-    folder.write("more.mtl", "newmtl lamp\nKe bright");
-    let error = load(&folder.0.join("a.obj")).unwrap_err();
-    assert_eq!(
-        (error.path, error.line),
-        (folder.0.join("./more.mtl"), Some(2))
-    );
-    for path in [folder.0.join("gone.obj"), folder.0.clone()] {
-        let error = load(&path).unwrap_err();
-        assert_readable(&error);
-        assert_eq!(error.path, path);
-    }
-}
-
-/// xorshift64*, to have the same texts every time.
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, n: usize) -> usize {
-        self.0 ^= self.0 >> 12;
-        self.0 ^= self.0 << 25;
-        self.0 ^= self.0 >> 27;
-        (self.0.wrapping_mul(0x2545_F491_4F6C_DD1D) >> 33) as usize % n
-    }
-}
-
-/// A text with some bytes replaced, removed, repeated or made of a record's own.
-fn mutate(seed: &str, random: &mut Random) -> Vec<u8> {
-    const PIECES: [&str; 24] = [
-        "nan",
-        "-",
-        "1e999",
-        "0",
-        "//",
-        "/",
-        "\\\n",
-        "\r",
-        "\n",
-        " ",
-        "#",
-        "f",
-        "v",
-        "vt 1",
-        "usemtl ",
-        "mtllib ",
-        "99999999999",
-        "-9",
-        "Kd 1",
-        "newmtl ",
-        "illum 7\n",
-        "map_Kd -s 1 ",
-        "\u{85}",
-        "\u{feff}",
-    ];
-    let mut bytes = seed.as_bytes().to_vec();
-    for _ in 0..=random.below(3) {
-        let from = random.below(bytes.len());
-        let to = (from + random.below(12)).min(bytes.len());
-        match random.below(4) {
-            0 => bytes[from] = random.below(256) as u8,
-            1 if to - from < bytes.len() => drop(bytes.drain(from..to)),
-            2 => {
-                let piece = bytes[from..to].to_vec();
-                let at = random.below(bytes.len());
-                bytes.splice(at..at, piece);
-            }
-            _ => drop(bytes.splice(from..from, PIECES[random.below(PIECES.len())].bytes())),
-        }
-    }
-    bytes
-}
-
-/// Whatever a text says, it is refused in one line or makes a sound mesh.
-#[test]
-fn random_texts_neither_panic_nor_make_unsound_meshes() {
-    const OBJ: &str = "# seed\nmtllib a.mtl\nv 0 0 0\nv 1 0 0 1\nv 1 1 0\nv 0 1 0.5\nv .5 .5 1e0\nv .2 .3 .1\n\
-        vt 0 0\nvt 1 0\nvt 1 1\nvn 0 0 1\nusemtl a b\nf 1/1/1 2/2/1 3/3/1\nf 1//1 2//1 \\\n 3//1 4//1\n\
-        f -1 -2 -3 -4 -5 -6\nl 1 2\nusemtl c\nf 6 3 1 5 4\n";
-    const MTL: &str = "newmtl a b\nKd .1 .2 .3\nKs 0.5\nillum 3\nNi 1.5\nmap_Kd -s 1 1 1 -bm 1 a b.png\n\
-        newmtl c\nKe 1 2 3\nKd 1\nd .5\nillum 7\nNi 1.33\n";
-    let mut random = Random(0x9E37_79B9_7F4A_7C15);
-    let (mut meshes, mut libraries) = (0, 0);
-    for _ in 0..20_000 {
-        let bytes = mutate(OBJ, &mut random);
-        match parse(&bytes, Path::new("random.obj")) {
-            Ok(mesh) => {
-                assert_sound(&mesh);
-                meshes += 1;
-            }
-            Err(error) => assert_readable(&error),
-        }
-        libraries +=
-            usize::from(materials(&String::from_utf8_lossy(&mutate(MTL, &mut random))).is_ok());
-    }
-    // Both outcomes must come up often, or the texts test nothing.
-    assert!(
-        (3_000..17_000).contains(&meshes) && (3_000..17_000).contains(&libraries),
-        "{meshes} {libraries}"
-    );
 }
