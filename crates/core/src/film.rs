@@ -9,6 +9,7 @@
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use glam::{DVec3, Vec3};
+use rayon::prelude::*;
 
 use crate::filter::FilterSampler;
 use crate::planted::{self, Bug};
@@ -114,6 +115,11 @@ impl Tile {
         cell.count += 1;
     }
 
+    /// The cells of each pixel, row by row; nothing before the first samples.
+    fn pixels(&self) -> impl Iterator<Item = &[Cell]> {
+        self.cells.chunks_exact(2 * self.strata)
+    }
+
     fn merge(&mut self, batch: &Self) {
         if self.cells.is_empty() {
             self.cells = vec![Cell::default(); batch.cells.len()];
@@ -160,6 +166,17 @@ pub struct Image {
     pub pixels: Vec<Vec3>,
 }
 
+/// A tile of the picture so far.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Developed {
+    /// Position.
+    pub rect: TileRect,
+    /// Linear sRGB, row by row.
+    pub pixels: Vec<Vec3>,
+    /// Its share of the noise, for [`Film::noise_of`].
+    pub variance: Option<f64>,
+}
+
 /// The film of one render: belongs to one scene, camera and settings for its whole life. A
 /// change starts a new film, so that nothing late can land in it.
 #[derive(Debug)]
@@ -170,6 +187,17 @@ pub struct Film {
     weights: [f64; 2],
     /// From the centre of the picture outwards.
     tiles: Vec<Mutex<Tile>>,
+}
+
+impl Clone for Film {
+    /// Tile by tile: samples may come in the meantime.
+    fn clone(&self) -> Self {
+        let tiles = (0..self.tiles.len()).map(|i| Mutex::new(self.tile(i).clone()));
+        Self {
+            tiles: tiles.collect(),
+            ..*self
+        }
+    }
 }
 
 impl Film {
@@ -246,6 +274,14 @@ impl Film {
             .unwrap_or(0)
     }
 
+    /// Samples per pixel of the tile that has most.
+    pub fn most_samples(&self) -> u64 {
+        (0..self.tiles.len())
+            .map(|i| self.tile(i).samples)
+            .max()
+            .unwrap_or(0)
+    }
+
     /// Number of samples left out because they were NaN, infinite, negative or too large, and
     /// the first few of them.
     pub fn invalid(&self) -> (u64, Vec<InvalidSample>) {
@@ -260,7 +296,8 @@ impl Film {
         (count, kept)
     }
 
-    /// The picture so far; pixels without samples are black.
+    /// The picture so far; pixels without samples are black. Runs on the threads of the current
+    /// rayon pool.
     pub fn develop(&self) -> Image {
         let pixels = vec![Vec3::ZERO; self.width as usize * self.height as usize];
         let mut image = Image {
@@ -268,48 +305,78 @@ impl Film {
             height: self.height,
             pixels,
         };
-        self.develop_over(&mut image);
+        let tiles: Vec<_> = (0..self.tiles.len())
+            .into_par_iter()
+            .filter_map(|i| self.develop_tile(i))
+            .collect();
+        for tile in tiles {
+            let rows = tile.pixels.chunks_exact(tile.rect.width as usize);
+            for (y, row) in (tile.rect.y..).zip(rows) {
+                let start = (y * self.width + tile.rect.x) as usize;
+                image.pixels[start..start + row.len()].copy_from_slice(row);
+            }
+        }
         image
     }
 
-    /// The picture so far where there is one: pixels without samples are left as they are.
-    pub fn develop_over(&self, image: &mut Image) {
-        self.for_each_pixel(|index, cells| {
-            if cells.iter().any(|c| c.count > 0) {
-                image.pixels[index] = self.mean(cells, [0, 1]).as_vec3();
-            }
-        });
+    /// One tile of the picture so far; `None` before its first samples.
+    pub fn develop_tile(&self, i: usize) -> Option<Developed> {
+        let tile = self.tile(i);
+        let pixels: Vec<Vec3> = tile
+            .pixels()
+            .map(|cells| self.mean(cells, [0, 1]).as_vec3())
+            .collect();
+        (!pixels.is_empty()).then(|| Developed {
+            rect: tile.rect,
+            pixels,
+            variance: self.variance(&tile),
+        })
     }
 
     /// Estimated relative error of the picture, from the difference of the half-films: the
     /// square root of the mean over pixels and channels of variance/(value² + 0.01). It measures
-    /// noise, not bias. `None` below two samples per pixel.
+    /// noise, not bias. `None` below two samples per pixel. Runs on the threads of the current
+    /// rayon pool.
     pub fn noise(&self) -> Option<f64> {
-        if self.samples() < 2 {
+        let variances: Vec<Option<f64>> = (0..self.tiles.len())
+            .into_par_iter()
+            .map(|i| self.variance(&self.tile(i)))
+            .collect();
+        self.noise_of(variances)
+    }
+
+    /// The estimate of [`Film::noise`] from that of every tile, in order.
+    pub fn noise_of(&self, variances: impl IntoIterator<Item = Option<f64>>) -> Option<f64> {
+        let pixels = f64::from(self.width) * f64::from(self.height);
+        let sum: f64 = variances.into_iter().sum::<Option<f64>>()?;
+        Some((sum / (3.0 * pixels)).sqrt())
+    }
+
+    /// Sum over pixels and channels of a tile of variance/(value² + 0.01); `None` where a pixel
+    /// lacks a sample in either half.
+    fn variance(&self, tile: &Tile) -> Option<f64> {
+        if tile.samples < 2 {
             return None;
         }
-        let mut sum = 0.0;
-        let mut known = true;
-        self.for_each_pixel(|_, cells| {
-            let halves = cells.len() / 2;
-            let count = |half: usize| {
-                cells[half * halves..][..halves]
-                    .iter()
-                    .map(|c| c.count)
-                    .sum::<u64>() as f64
-            };
-            let (n0, n1) = (count(0), count(1));
-            if n0 == 0.0 || n1 == 0.0 {
-                known = false;
-                return;
-            }
-            let mean = self.mean(cells, [0, 1]);
-            let difference = self.mean(cells, [0]) - self.mean(cells, [1]);
-            let variance = difference * difference * (n0 * n1 / ((n0 + n1) * (n0 + n1)));
-            sum += (variance / (mean * mean + 0.01)).element_sum();
-        });
-        let pixels = f64::from(self.width) * f64::from(self.height);
-        known.then(|| (sum / (3.0 * pixels)).sqrt())
+        tile.pixels()
+            .map(|cells| {
+                let halves = cells.len() / 2;
+                let count = |half: usize| {
+                    cells[half * halves..][..halves]
+                        .iter()
+                        .map(|c| c.count)
+                        .sum::<u64>() as f64
+                };
+                let (n0, n1) = (count(0), count(1));
+                if n0 == 0.0 || n1 == 0.0 {
+                    return None;
+                }
+                let mean = self.mean(cells, [0, 1]);
+                let difference = self.mean(cells, [0]) - self.mean(cells, [1]);
+                let variance = difference * difference * (n0 * n1 / ((n0 + n1) * (n0 + n1)));
+                Some((variance / (mean * mean + 0.01)).element_sum())
+            })
+            .sum()
     }
 
     /// Mean radiance of some halves of a pixel.
@@ -334,161 +401,7 @@ impl Film {
             (None, None) => DVec3::ZERO,
         }
     }
-
-    /// Calls `f` with each pixel's index in an [`Image`] and its cells.
-    fn for_each_pixel(&self, mut f: impl FnMut(usize, &[Cell])) {
-        for i in 0..self.tiles.len() {
-            let tile = self.tile(i);
-            let rect = tile.rect;
-            for (k, cells) in tile.cells.chunks_exact(2 * tile.strata).enumerate() {
-                let (x, y) = (
-                    rect.x + k as u32 % rect.width,
-                    rect.y + k as u32 / rect.width,
-                );
-                f(y as usize * self.width as usize + x as usize, cells);
-            }
-        }
-    }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::filter::{Filter, FilterKind};
-
-    fn film(kind: FilterKind) -> (Film, FilterSampler) {
-        let filter = FilterSampler::new(Filter::new(kind));
-        (Film::new(1, 1, &filter), filter)
-    }
-
-    fn add(film: &Film, first: u64, values: &[Vec3]) {
-        let (mut batch, _) = film.batch(0);
-        for (i, value) in values.iter().enumerate() {
-            batch.add([0, 0], first + i as u64, 0, *value);
-        }
-        assert!(film.merge(0, &batch, first, first + values.len() as u64));
-    }
-
-    fn pixel(film: &Film) -> Vec3 {
-        film.develop().pixels[0]
-    }
-
-    /// In f32 the sum stays at the firefly for ever.
-    #[test]
-    fn a_firefly_does_not_freeze_the_pixel() {
-        let (film, _) = film(FilterKind::Box);
-        let mut values = vec![Vec3::splat(1e6)];
-        values.resize(20_001, Vec3::splat(0.03));
-        add(&film, 0, &values);
-        let truth = (1e6 + 20_000.0 * f64::from(0.03f32)) / 20_001.0;
-        assert!((f64::from(pixel(&film).x) / truth - 1.0).abs() < 1e-7);
-    }
-
-    #[test]
-    fn many_small_samples_keep_their_mean() {
-        let (film, _) = film(FilterKind::Box);
-        add(&film, 0, &vec![Vec3::splat(0.1); 20_000]);
-        assert_eq!(pixel(&film), Vec3::splat(0.1));
-    }
-
-    #[test]
-    fn any_grouping_gives_the_same_bits() {
-        let values: Vec<Vec3> = (0..96u32)
-            .map(|i| Vec3::new(1e-6, 0.37, 1e5) * (i.wrapping_mul(2_654_435_761) as f32 * 1e-9))
-            .collect();
-        let whole = film(FilterKind::Box).0;
-        add(&whole, 0, &values);
-        let parts = film(FilterKind::Box).0;
-        for (i, part) in values.chunks(7).enumerate() {
-            add(&parts, 7 * i as u64, part);
-        }
-        assert_eq!(pixel(&whole), pixel(&parts));
-        assert_eq!(whole.noise(), parts.noise());
-    }
-
-    #[test]
-    fn invalid_samples_are_left_out_counted_and_kept() {
-        let (film, _) = film(FilterKind::Box);
-        let bad = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1.0, 2e12];
-        let mut values = vec![Vec3::splat(2.0); 4];
-        values.extend(bad.map(|x| Vec3::new(1.0, x, 1.0)));
-        values.extend([Vec3::splat(4.0); 4]);
-        add(&film, 0, &values);
-        assert_eq!(pixel(&film), Vec3::splat(3.0));
-        let (count, kept) = film.invalid();
-        assert_eq!(count, bad.len() as u64);
-        assert_eq!(
-            kept.iter().map(|s| s.sample).collect::<Vec<_>>(),
-            [4, 5, 6, 7, 8]
-        );
-    }
-
-    /// The half-films' difference estimates the error of the mean: on average over many pixels of
-    /// independent noise it must come to σ/√n.
-    #[test]
-    fn noise_is_the_standard_error() {
-        let filter = FilterSampler::new(Filter::default());
-        let film = Film::new(64, 64, &filter);
-        let samples = 16;
-        for tile in 0..film.tiles() {
-            let (mut batch, _) = film.batch(tile);
-            for y in 0..batch.rect.height {
-                for x in 0..batch.rect.width {
-                    for sample in 0..samples {
-                        // Uniform in 0..2: mean 1, variance ⅓.
-                        let seed =
-                            u64::from(batch.rect.x + x) << 40 | u64::from(batch.rect.y + y) << 20;
-                        let pixel = [batch.rect.x + x, batch.rect.y + y];
-                        let sampler = crate::sampler::Sampler::new(
-                            crate::SamplerKind::Independent,
-                            seed,
-                            pixel,
-                            sample,
-                        );
-                        let [u, _] = sampler.get_2d(crate::sampler::Dim::Pixel);
-                        batch.add([x, y], sample, 0, Vec3::splat(2.0 * u));
-                    }
-                }
-            }
-            assert!(film.merge(tile, &batch, 0, samples));
-        }
-        // Relative to value² + 0.01, so a little below σ/√n; and the mean itself is noisy.
-        let expected = (1.0 / 3.0 / samples as f64 / 1.01f64).sqrt();
-        let noise = film.noise().unwrap();
-        assert!(
-            (noise / expected - 1.0).abs() < 0.06,
-            "{noise} instead of {expected}"
-        );
-    }
-
-    #[test]
-    fn noise_needs_both_halves() {
-        let (film, _) = film(FilterKind::Box);
-        add(&film, 0, &[Vec3::ONE]);
-        assert_eq!(film.noise(), None);
-        add(&film, 1, &[Vec3::ONE]);
-        assert_eq!(film.noise(), Some(0.0));
-    }
-
-    /// Filters with negative lobes must leave a constant scene constant from the first sample on.
-    #[test]
-    fn a_constant_scene_is_constant_under_every_filter() {
-        for kind in FilterKind::ALL {
-            for samples in [1, 2, 3, 17, 200] {
-                let (film, filter) = film(kind);
-                let (mut batch, _) = film.batch(0);
-                for sample in 0..samples {
-                    let sampler =
-                        crate::sampler::Sampler::new(crate::SamplerKind::Sobol, 3, [0, 0], sample);
-                    let (_, stratum) = filter.sample(sampler.get_2d(crate::sampler::Dim::Pixel));
-                    batch.add([0, 0], sample, stratum, Vec3::splat(0.7));
-                }
-                assert!(film.merge(0, &batch, 0, samples));
-                assert!(
-                    (pixel(&film) - 0.7).abs().max_element() < 1e-6,
-                    "{kind:?} {samples}"
-                );
-            }
-        }
-    }
-}
+mod test;

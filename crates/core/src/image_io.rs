@@ -1,9 +1,9 @@
-//! Pictures in files: PNG as shown, EXR as measured (32-bit float, linear sRGB). Both carry the
-//! replay line, with which the picture can be made again, bit for bit. Files are written aside
-//! and renamed, so that a crash never leaves half a picture under the name.
+//! Pictures in files: PNG as shown, EXR as measured (32-bit float, linear sRGB). Both carry a
+//! text: the replay line, with which the picture can be made again, bit for bit, and what it shows.
+//! Files are written aside and renamed, so that a crash never leaves half a picture under the name.
 
 use std::fs;
-use std::io::{BufWriter, Write as _};
+use std::io::{BufRead, BufWriter, Seek, Write as _};
 use std::path::{Path, PathBuf};
 
 use exr::prelude::{
@@ -15,8 +15,11 @@ use glam::Vec3;
 use crate::color::ToneMap;
 use crate::film::Image;
 
-/// Key of the replay line in PNG text and EXR attributes.
-pub const REPLAY_KEY: &str = "lightbox";
+/// Longest text read from a compressed chunk, bytes: a file must not fill the memory.
+const TEXT_LIMIT: usize = 1 << 26;
+
+/// Key of the text in PNG text chunks and EXR attributes.
+const TEXT_KEY: &str = "lightbox";
 
 /// File formats, by extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,11 +59,11 @@ pub fn check_writable(path: &Path) -> Result<(), String> {
     fs::remove_file(&aside).map_err(|e| cannot_write(path, &e))
 }
 
-/// Writes a picture as PNG or EXR, by extension, with a replay line. The tone map is for PNG.
-pub fn write(path: &Path, image: &Image, tone: ToneMap, replay: &str) -> Result<(), String> {
+/// Writes a picture as PNG or EXR, by extension, with a text. The tone map is for PNG.
+pub fn write(path: &Path, image: &Image, tone: ToneMap, text: &str) -> Result<(), String> {
     let bytes = match Format::of(path)? {
-        Format::Png => encode_png(image, tone, replay),
-        Format::Exr => encode_exr(image, replay),
+        Format::Png => encode_png(image, tone, text),
+        Format::Exr => encode_exr(image, text),
     };
     let bytes = bytes.map_err(|e| format!("{}: cannot be encoded ({e})", path.display()))?;
     let aside = beside(path);
@@ -98,14 +101,14 @@ pub fn tone_mapped(image: &Image, tone: ToneMap) -> Vec<u8> {
         .collect()
 }
 
-fn encode_png(image: &Image, tone: ToneMap, replay: &str) -> Result<Vec<u8>, String> {
+fn encode_png(image: &Image, tone: ToneMap, text: &str) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(BufWriter::new(&mut bytes), image.width, image.height);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_source_srgb(png::SrgbRenderingIntent::RelativeColorimetric);
     encoder
-        .add_itxt_chunk(REPLAY_KEY.into(), replay.into())
+        .add_itxt_chunk(TEXT_KEY.into(), text.into())
         .map_err(|e| e.to_string())?;
     let mut writer = encoder.write_header().map_err(|e| e.to_string())?;
     writer
@@ -115,7 +118,7 @@ fn encode_png(image: &Image, tone: ToneMap, replay: &str) -> Result<Vec<u8>, Str
     Ok(bytes)
 }
 
-fn encode_exr(image: &Image, replay: &str) -> Result<Vec<u8>, String> {
+fn encode_exr(image: &Image, text: &str) -> Result<Vec<u8>, String> {
     let (width, height) = (image.width as usize, image.height as usize);
     let channels = SpecificChannels::rgb(|at: exr::math::Vec2<usize>| {
         let Vec3 { x, y, z } = image.pixels[at.y() * width + at.x()];
@@ -124,9 +127,10 @@ fn encode_exr(image: &Image, replay: &str) -> Result<Vec<u8>, String> {
     let mut attributes = LayerAttributes::named("");
     attributes.layer_name = None;
     attributes.software_name = Some(Text::from("lightbox"));
+    // As UTF-8: `Text::from` panics at what Latin-1 does not have.
     attributes.other.insert(
-        Text::from(REPLAY_KEY),
-        AttributeValue::Text(Text::from(replay)),
+        Text::from(TEXT_KEY),
+        AttributeValue::Text(Text::from_slice_unchecked(text.as_bytes())),
     );
     let layer = Layer::new(
         (width, height),
@@ -140,6 +144,51 @@ fn encode_exr(image: &Image, replay: &str) -> Result<Vec<u8>, String> {
         .to_buffered(&mut bytes)
         .map_err(|e| e.to_string())?;
     Ok(bytes.into_inner())
+}
+
+/// The text that [`write`] has put beside the pixels, if any. The error is one line.
+pub fn read_text(path: &Path) -> Result<Option<String>, String> {
+    let format = Format::of(path)?;
+    let file =
+        fs::File::open(path).map_err(|e| format!("{}: cannot be read ({e})", path.display()))?;
+    let reader = std::io::BufReader::new(file);
+    let text = match format {
+        Format::Png => png_text(reader),
+        Format::Exr => exr_text(reader),
+    };
+    text.map_err(|e| {
+        format!(
+            "{}: not a picture that can be read ({e}); use EXR or PNG",
+            path.display()
+        )
+    })
+}
+
+fn png_text(reader: impl BufRead + Seek) -> Result<Option<String>, String> {
+    let reader = png::Decoder::new(reader).read_info();
+    let reader = reader.map_err(|e| e.to_string())?;
+    let chunk = reader
+        .info()
+        .utf8_text
+        .iter()
+        .find(|chunk| chunk.keyword == TEXT_KEY);
+    let text = chunk.cloned().map(|mut chunk| {
+        chunk.decompress_text_with_limit(TEXT_LIMIT)?;
+        chunk.get_text()
+    });
+    text.transpose().map_err(|e| e.to_string())
+}
+
+fn exr_text(reader: impl BufRead) -> Result<Option<String>, String> {
+    let meta = exr::meta::MetaData::read_from_buffered(reader, false).map_err(|e| e.to_string())?;
+    let attributes = meta.headers.first().map(|h| &h.own_attributes.other);
+    let text = match attributes.and_then(|a| a.get(&Text::from(TEXT_KEY))) {
+        Some(AttributeValue::Text(text)) => {
+            Some(String::from_utf8_lossy(text.as_slice()).into_owned())
+        }
+        _ => None,
+    };
+    Ok(text)
 }
 
 /// Reads a picture: EXR as it is, PNG and other 8-bit formats decoded from sRGB to linear. The

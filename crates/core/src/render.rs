@@ -1,6 +1,7 @@
 //! The composition root: tiles, pixels, samples.
 
-use std::sync::atomic::AtomicBool;
+use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
 
@@ -82,7 +83,18 @@ impl View {
     /// rayon pool. Returns early when `cancel` is set: tiles in work are dropped, finished ones
     /// stay, and a later call goes on from there.
     pub fn render(&self, film: &Film, samples: u64, cancel: &AtomicBool) -> Work {
-        (0..film.tiles())
+        self.render_tiles(film, 0..film.tiles(), samples, cancel)
+    }
+
+    /// [`View::render`] for some tiles only, counted from the centre of the picture outwards.
+    pub fn render_tiles(
+        &self,
+        film: &Film,
+        tiles: Range<usize>,
+        samples: u64,
+        cancel: &AtomicBool,
+    ) -> Work {
+        tiles
             .into_par_iter()
             .with_max_len(1)
             .map(|tile| self.render_tile(film, tile, samples, cancel))
@@ -90,6 +102,10 @@ impl View {
     }
 
     fn render_tile(&self, film: &Film, tile: usize, samples: u64, cancel: &AtomicBool) -> Work {
+        // Before the batch is made: clearing it for each tile that is left would take longest.
+        if cancel.load(Ordering::Relaxed) {
+            return Work::default();
+        }
         let (mut batch, first) = film.batch(tile);
         let RenderSettings {
             method,

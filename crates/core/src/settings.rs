@@ -13,6 +13,9 @@ pub const UNLIMITED: u32 = u32::MAX;
 /// Largest width or height of a picture, pixels.
 pub const MAX_SIZE: u32 = 16_384;
 
+/// Largest seed: what a scene file's integers hold.
+pub const MAX_SEED: u64 = i64::MAX as u64;
+
 /// Largest number of pixels of a picture: its film then takes about 8 GB.
 pub const MAX_PIXELS: u64 = 1 << 26;
 
@@ -37,7 +40,7 @@ pub struct RenderSettings {
     pub accel: AccelKind,
     /// Where the random numbers come from.
     pub sampler: SamplerKind,
-    /// Chooses the random numbers.
+    /// Chooses the random numbers, at most [`MAX_SEED`].
     pub seed: u64,
 }
 
@@ -77,6 +80,9 @@ impl RenderSettings {
         }
         if self.depth == 0 {
             return Some("depth is 0; use 1 (emitters only) or more, or \"unlimited\"".into());
+        }
+        if self.seed > MAX_SEED {
+            return Some(format!("seed is {}; use 0 to {MAX_SEED}", self.seed));
         }
         None
     }

@@ -6,11 +6,11 @@ use egui::{CentralPanel, Color32, Context, Frame, Margin, Panel, ScrollArea, Ui,
 use lightbox_core::scene::BUILTIN;
 use lightbox_core::{SceneDesc, color::ToneMap};
 
-use crate::dialogs::{Answer, Dialogs};
+use crate::dialogs::{Answer, Dialogs, OPENS};
 use crate::keys::{self, Action};
 use crate::model::{Model, scene_name};
 use crate::orbit;
-use crate::panels::{self, Banners};
+use crate::panels::{self, Banners, LabPanel};
 use crate::session::{Activity, Notice, Session, Status};
 use crate::viewport::Viewport;
 
@@ -53,6 +53,20 @@ pub fn run(path: Option<PathBuf>) -> Result<(), String> {
     })
 }
 
+/// What the whole window looks like, where that is not egui's own taste.
+fn restyle(ctx: &Context) {
+    // Dim, but to be read.
+    ctx.all_styles_mut(|style| style.visuals.weak_text_alpha = 0.8);
+    // The monospaced font has arrows and superscripts that the other lacks.
+    let mut fonts = egui::FontDefinitions::default();
+    let families = &mut fonts.families;
+    let spare = families.get(&egui::FontFamily::Monospace).cloned();
+    if let Some(family) = families.get_mut(&egui::FontFamily::Proportional) {
+        family.extend(spare.unwrap_or_default());
+    }
+    ctx.set_fonts(fonts);
+}
+
 /// Whether a display server is named; only where there may be none.
 fn has_display() -> bool {
     let named = |name| std::env::var_os(name).is_some_and(|v| !v.is_empty());
@@ -76,6 +90,7 @@ pub struct App {
     banners: Banners,
     dialogs: Dialogs,
     is_help_open: bool,
+    lab: LabPanel,
 }
 
 impl App {
@@ -83,6 +98,7 @@ impl App {
     /// window, for tests.
     pub fn new(ctx: &Context, path: Option<PathBuf>) -> Result<Self, String> {
         let wake = ctx.clone();
+        restyle(ctx);
         // On a large machine, one thread in eight stays free for the window and the desktop.
         let threads = std::thread::available_parallelism().map_or(1, |n| n.get() - n.get() / 8);
         let session = Session::new(threads, move || wake.request_repaint())?;
@@ -98,6 +114,7 @@ impl App {
             banners: Banners::default(),
             dialogs: Dialogs::default(),
             is_help_open: false,
+            lab: LabPanel::new(ctx),
         })
     }
 
@@ -122,7 +139,7 @@ impl App {
             return;
         }
         self.opened = status.opened;
-        self.model.open(&status.desc);
+        self.model.open(&status.desc, status.tone);
         self.sent.0 = (*status.desc).clone();
     }
 
@@ -159,7 +176,9 @@ impl App {
             Action::Brighter => self.expose(EXPOSURE_STEP),
             Action::Darker => self.expose(-EXPOSURE_STEP),
             Action::Help => self.is_help_open = !self.is_help_open,
+            Action::Lab => self.lab.is_open = !self.lab.is_open,
             Action::Escape if self.is_help_open => self.is_help_open = false,
+            Action::Escape if self.lab.is_open => self.lab.is_open = false,
             Action::Escape => self.model.selection = None,
             Action::Quit => ctx.send_viewport_cmd(ViewportCommand::Close),
         }
@@ -225,7 +244,7 @@ impl App {
         // One window shows one scene.
         let Some(file) = dropped.last() else { return };
         let path = file.path();
-        let known = ["toml", "obj"]
+        let known = OPENS
             .iter()
             .any(|e| path.extension().is_some_and(|x| x.eq_ignore_ascii_case(e)));
         if known {
@@ -234,7 +253,7 @@ impl App {
             self.complain(
                 ctx,
                 format!(
-                    "{}: not a scene; drop a .toml scene or an .obj mesh",
+                    "{}: not a scene; drop a .toml scene, an .obj mesh or a saved picture",
                     path.display()
                 ),
             );
@@ -310,6 +329,7 @@ impl eframe::App for App {
             self.banners
                 .ui(ui, space, &mut self.model, status.scene.as_ref());
         });
+        self.lab.ui(&ctx, &mut actions);
         panels::help_ui(&ctx, &mut self.is_help_open);
         hovered_files(&ctx);
 
@@ -337,7 +357,7 @@ fn hovered_files(ctx: &Context) {
     painter.rect_filled(window, 0.0, Color32::from_black_alpha(190));
     let text = match name {
         Some(name) => format!("Drop to open {name}"),
-        None => "Drop a .toml scene or an .obj mesh to open it".into(),
+        None => "Drop a scene, a mesh or a saved picture to open it".into(),
     };
     let font = egui::FontId::proportional(24.0);
     painter.text(

@@ -7,8 +7,8 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Parser, Subcommand};
 use glam::Vec3;
 use lightbox_core::color::{ToneCurve, ToneMap};
-use lightbox_core::settings::{MAX_SIZE, parse_depth};
-use lightbox_core::{AccelKind, Camera, Filter, Method, SamplerKind, SceneDesc};
+use lightbox_core::settings::{MAX_SEED, MAX_SIZE, parse_depth};
+use lightbox_core::{AccelKind, Camera, Filter, Method, SamplerKind, SceneDesc, suggest};
 
 // Headings of the help.
 const STOP: &str = "Stop";
@@ -23,7 +23,7 @@ pub struct Args {
     /// What to do; without it, the viewer opens.
     #[command(subcommand)]
     pub command: Option<Command>,
-    /// Scene to open: a .toml scene, an .obj mesh or a built-in scene [default: a built-in one]
+    /// What to open: a .toml scene, an .obj mesh, a saved picture or a built-in scene [default: a built-in scene]
     pub scene: Option<PathBuf>,
 }
 
@@ -45,7 +45,7 @@ pub enum Command {
 #[derive(Debug, clap::Args)]
 #[command(after_help = builtin_scenes())]
 pub struct RenderArgs {
-    /// A .toml scene, an .obj mesh or a built-in scene
+    /// A .toml scene, an .obj mesh, a picture saved by lightbox or a built-in scene
     pub scene: PathBuf,
     /// Picture to write, *.png (as shown) or *.exr (as measured); optional with --json
     #[arg(short, long, value_name = "FILE", required_unless_present = "json")]
@@ -80,7 +80,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "S", value_parser = named(SamplerKind::ALL, SamplerKind::name), help_heading = SETTINGS)]
     pub sampler: Option<SamplerKind>,
     /// Chooses the random numbers
-    #[arg(long, value_name = "K", help_heading = SETTINGS)]
+    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u64).range(..=MAX_SEED), help_heading = SETTINGS)]
     pub seed: Option<u64>,
 
     /// Pinhole
@@ -96,12 +96,12 @@ pub struct RenderArgs {
     #[arg(long, value_name = "DEGREES", value_parser = field_of_view, help_heading = CAMERA)]
     pub fov: Option<f32>,
 
-    /// Brightness of a PNG in photographic stops
-    #[arg(long, value_name = "E", value_parser = finite, default_value = "0", allow_negative_numbers = true, help_heading = PNG)]
-    pub exposure: f32,
-    /// Tone curve of a PNG
-    #[arg(long, value_name = "T", value_parser = named(&ToneCurve::ALL, ToneCurve::name), default_value_t, help_heading = PNG)]
-    pub tone: ToneCurve,
+    /// Brightness of a PNG in photographic stops [default: 0, or a saved picture's]
+    #[arg(long, value_name = "E", value_parser = finite, allow_negative_numbers = true, help_heading = PNG)]
+    pub exposure: Option<f32>,
+    /// Tone curve of a PNG [default: linear, or a saved picture's]
+    #[arg(long, value_name = "T", value_parser = named(&ToneCurve::ALL, ToneCurve::name), help_heading = PNG)]
+    pub tone: Option<ToneCurve>,
 
     /// Worker threads; the picture does not depend on them [default: all]
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..))]
@@ -149,10 +149,31 @@ pub struct LabArgs {
     pub json: bool,
 }
 
+/// Ends the program with what is wrong with the command line, or with the help asked for.
+pub fn exit(mut error: clap::Error) -> ! {
+    use clap::CommandFactory as _;
+    use clap::error::ErrorKind;
+    // Two words, of which the first is no command, are taken for a scene and a command that
+    // exclude each other; the first is more likely a command misspelt.
+    if error.kind() == ErrorKind::ArgumentConflict
+        && let Some(word) = std::env::args().nth(1)
+    {
+        let commands = Args::command();
+        let names: Vec<&str> = commands.get_subcommands().map(|c| c.get_name()).collect();
+        if !names.contains(&word.as_str()) {
+            let remedy = suggest::among(&word, &names);
+            let text = format!("no command is called \"{word}\"{remedy}\n");
+            error = clap::Error::raw(ErrorKind::InvalidSubcommand, text);
+        }
+    }
+    error.exit()
+}
+
 impl RenderArgs {
     /// Puts what was asked for in place of what the scene wants; the error is one line.
     pub fn apply(&self, desc: &mut SceneDesc) -> Result<(), String> {
         let (render, camera) = (&mut desc.render, &mut desc.camera);
+        let scene_render = *render;
         [render.width, render.height] = self.size.unwrap_or([render.width, render.height]);
         render.samples = self.spp.unwrap_or(render.samples);
         render.depth = self.depth.unwrap_or(render.depth);
@@ -167,17 +188,22 @@ impl RenderArgs {
         camera.up = self.up.unwrap_or(camera.up);
         camera.fov = self.fov.unwrap_or(camera.fov);
         // Here, because later the scene file would get the blame.
+        if *render != scene_render
+            && let Some(problem) = render.problem()
+        {
+            return Err(problem);
+        }
         if *camera != scene_camera {
             Camera::new(camera, render.width, render.height)?;
         }
         Ok(())
     }
 
-    /// How a PNG is to be shown.
-    pub fn tone_map(&self) -> ToneMap {
+    /// Puts what was asked for in place of how the scene wants to be shown.
+    pub fn tone_map(&self, scene: ToneMap) -> ToneMap {
         ToneMap {
-            exposure: self.exposure,
-            curve: self.tone,
+            exposure: self.exposure.unwrap_or(scene.exposure),
+            curve: self.tone.unwrap_or(scene.curve),
         }
     }
 }

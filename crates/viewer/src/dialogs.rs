@@ -7,6 +7,9 @@ use std::time::{Duration, Instant};
 /// An answer that comes sooner than this was not given by a person.
 const TOO_SOON: Duration = Duration::from_millis(150);
 
+/// Extensions of files that can be opened: scenes, meshes, saved pictures.
+pub const OPENS: [&str; 4] = ["toml", "obj", "png", "exr"];
+
 /// How a dialog ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Answer {
@@ -39,11 +42,11 @@ impl Default for Dialogs {
 }
 
 impl Dialogs {
-    /// Asks for a scene or mesh to open.
+    /// Asks for a file to open.
     pub fn open(&mut self, ctx: &egui::Context) {
         let dialog = rfd::FileDialog::new()
-            .set_title("Open a scene or mesh")
-            .add_filter("scenes and meshes", &["toml", "obj"]);
+            .set_title("Open a scene, a mesh or a saved picture")
+            .add_filter("scenes, meshes and saved pictures", &OPENS);
         let without = Answer::Unavailable(
             "no file dialog answered; drop the file on this window, or start with `lightbox FILE`",
         );

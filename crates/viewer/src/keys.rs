@@ -29,7 +29,9 @@ pub enum Action {
     Darker,
     /// Show or hide the list of keys.
     Help,
-    /// Close the list of keys, or select nothing.
+    /// Show or hide the stability lab.
+    Lab,
+    /// Close a window over the picture, or select nothing.
     Escape,
     /// Close the window.
     Quit,
@@ -42,7 +44,12 @@ const COMMAND: Modifiers = Modifiers::COMMAND;
 /// Keys, actions and their description. Where modifiers overlap, the longer one comes first: a
 /// shortcut without Shift also matches with it.
 pub const KEYS: &[(Modifiers, Key, Action, &str)] = &[
-    (COMMAND, Key::O, Action::Open, "open a scene or mesh"),
+    (
+        COMMAND,
+        Key::O,
+        Action::Open,
+        "open a scene, a mesh or a saved picture",
+    ),
     (COMMAND, Key::R, Action::Reload, "read the file again"),
     (
         COMMAND.plus(SHIFT),
@@ -74,6 +81,12 @@ pub const KEYS: &[(Modifiers, Key, Action, &str)] = &[
     (PLAIN, Key::Escape, Action::Escape, "select nothing"),
     (PLAIN, Key::F1, Action::Help, "show or hide this list"),
     (PLAIN, Key::Questionmark, Action::Help, ""),
+    (
+        PLAIN,
+        Key::F2,
+        Action::Lab,
+        "show or hide the stability lab",
+    ),
     (COMMAND, Key::Q, Action::Quit, "quit"),
 ];
 

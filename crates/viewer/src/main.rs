@@ -5,11 +5,11 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Parser as _;
-use lightbox::args::Args;
+use lightbox::args::{self, Args};
 use lightbox::commands::{self, Outcome};
 
 fn main() -> ExitCode {
-    let args = Args::parse();
+    let args = Args::try_parse().unwrap_or_else(|e| args::exit(e));
     let result = match args.command {
         Some(command) => commands::run(&command),
         None => view(args.scene),

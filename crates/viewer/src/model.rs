@@ -66,14 +66,15 @@ pub struct Model {
 }
 
 impl Model {
-    /// Goes over to another file; how pictures are shown stays.
-    pub fn open(&mut self, desc: &SceneDesc) {
+    /// Goes over to another file; how pictures are shown stays, unless the file is a saved picture
+    /// that comes back as it was.
+    pub fn open(&mut self, desc: &SceneDesc, tone: Option<ToneMap>) {
         *self = Self {
             desc: desc.clone(),
             file_camera: desc.camera,
             file_size: [desc.render.width, desc.render.height],
-            size: self.size,
-            tone: self.tone,
+            size: tone.map_or(self.size, |_| PictureSize::AsInFile),
+            tone: tone.unwrap_or(self.tone),
             ..Self::default()
         };
     }

@@ -8,8 +8,8 @@ use lightbox_core::color::ToneMap;
 use lightbox_core::settings::UNLIMITED;
 
 /// The command, for a shell, that makes the picture of `samples` samples per pixel again; all it
-/// lacks is where to write it. It names the scene's file, and so cannot know of edits to
-/// materials or shapes.
+/// lacks is where to write it. `scene` is the file with the scene in it: after edits to materials
+/// or shapes, a saved picture.
 pub fn line(scene: &Path, desc: &SceneDesc, samples: u64) -> String {
     let (r, c) = (&desc.render, &desc.camera);
     // Rust writes floats with as many digits as it takes to read the same bits back.

@@ -65,12 +65,7 @@ impl Viewport {
         let (Some(scene), Some(snapshot)) = (&status.scene, snapshot) else {
             return;
         };
-        let size = match snapshot.preview {
-            // A preview's own size is rounded.
-            Some(_) => [model.desc.render.width, model.desc.render.height].map(|n| n as f32),
-            None => snapshot.size.map(|n| n as f32),
-        };
-        let rect = placed(ui, space, size.into());
+        let rect = placed(ui, space, snapshot.picture.map(|n| n as f32).into());
         self.gestures.update(ui, &response, rect, scene, model);
         self.picture(ui, rect, snapshot);
 
@@ -126,7 +121,7 @@ impl Viewport {
     fn picture(&mut self, ui: &Ui, rect: Rect, snapshot: &Snapshot) {
         let pixels = rect.size() * ui.pixels_per_point();
         let one_to_one = (pixels.x - snapshot.size[0] as f32).abs() < 1.0;
-        let options = if snapshot.preview.is_some() || one_to_one {
+        let options = if snapshot.size != snapshot.picture || one_to_one {
             TextureOptions::NEAREST
         } else {
             TextureOptions::LINEAR

@@ -218,6 +218,11 @@ fn a_session_with_mouse_and_keyboard() {
     desktop.xdotool(&["key", "Home"]);
     desktop.wait_until("Home goes back", |b| difference(b, &first) < 3.0);
 
+    desktop.xdotool(&["key", "F2"]);
+    desktop.wait_until("the lab opens", |b| difference(b, &first) > 6.0);
+    desktop.xdotool(&["key", "Escape"]);
+    desktop.wait_until("the lab closes", |b| difference(b, &first) < 3.0);
+
     desktop.drag((1132, EXPOSURE_Y), (1160, EXPOSURE_Y));
     desktop.wait_until("exposure brightens", |b| mean(b) > 1.3 * mean(&first));
     desktop.drag((1160, EXPOSURE_Y), (1132, EXPOSURE_Y));

@@ -45,10 +45,22 @@ pub(super) fn get(path: &Path) -> Option<&'static [u8]> {
         .map(|(_, bytes)| *bytes)
 }
 
-/// The path of `file` as named in the scene at `path`: relative to its folder.
+/// The path of `file` as named in the scene at `path`: relative to its folder, unless it is
+/// absolute or built in.
 pub(super) fn beside(path: &Path, file: &Path) -> PathBuf {
+    if file.to_str().is_some_and(|f| f.starts_with(PREFIX)) {
+        return file.to_owned();
+    }
     if path.to_str().is_some_and(|p| p.starts_with(PREFIX)) {
         return format!("{PREFIX}{}", file.display()).into();
     }
     path.with_file_name("").join(file)
+}
+
+/// The same path for a reader in any folder.
+pub(super) fn absolute(path: PathBuf) -> PathBuf {
+    if path.to_str().is_some_and(|p| p.starts_with(PREFIX)) {
+        return path;
+    }
+    std::path::absolute(&path).unwrap_or(path)
 }

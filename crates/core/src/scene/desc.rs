@@ -1,11 +1,12 @@
 //! The editable scene: what a scene file holds and what the viewer edits. Plain data; nothing in
 //! it is checked until it is read from a file or built into a [`super::Scene`].
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
 
+use super::builtin;
 use crate::settings::RenderSettings;
 
 /// A whole scene as plain data.
@@ -51,6 +52,18 @@ impl SceneDesc {
                 .iter()
                 .zip(&other.meshes)
                 .all(|(a, b)| a.same_shape(b))
+    }
+
+    /// The same scene for a reader in any folder: files that it names are relative to that of
+    /// `path` so far, and absolute then.
+    pub fn detached(&self, path: &Path) -> Self {
+        let mut desc = self.clone();
+        let meshes = desc.meshes.iter_mut().filter_map(|m| m.file.as_mut());
+        let textures = desc.materials.iter_mut().filter_map(|m| m.texture.as_mut());
+        for file in meshes.chain(textures) {
+            *file = builtin::absolute(builtin::beside(path, file));
+        }
+        desc
     }
 
     /// Whether each shape refers to a material of the same name as in `other`.

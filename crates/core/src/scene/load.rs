@@ -142,6 +142,18 @@ pub fn parse(text: &str, path: &Path) -> Result<SceneDesc, SceneError> {
 /// One line out of serde's words, with the nearest right name where a name is wrong.
 fn remedy(message: &str) -> String {
     let line = message.lines().collect::<Vec<_>>().join(" ");
+    // Types of the program are no words of a scene file.
+    let line = [
+        (
+            "a sequence of 3 f32 values",
+            "three numbers, as in [1, 0.5, 0]",
+        ),
+        ("expected f32", "expected a number"),
+        ("expected u32", "expected a whole number"),
+        ("expected u64", "expected a whole number"),
+    ]
+    .iter()
+    .fold(line, |line, (from, to)| line.replace(from, to));
     let (Some(rest), Some((_, expected))) = (
         line.strip_prefix("unknown field `"),
         line.split_once("expected "),

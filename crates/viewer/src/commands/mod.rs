@@ -13,7 +13,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
-use lightbox_core::scene::{BUILTIN, Phase, load};
+use lightbox_core::color::ToneMap;
+use lightbox_core::scene::{BUILTIN, Phase};
 use lightbox_core::{Scene, SceneDesc, suggest};
 use serde::Serialize;
 
@@ -85,6 +86,8 @@ pub fn scene_path(given: &Path) -> Result<PathBuf, String> {
 /// A scene ready to render, and what it took.
 struct Opened {
     scene: Arc<Scene>,
+    /// How it wants to be shown.
+    tone: ToneMap,
     /// Reading and checking files, seconds.
     load_seconds: f64,
     /// Building the accelerator and what hangs on it, seconds.
@@ -99,7 +102,7 @@ fn open(
 ) -> Result<Opened, String> {
     let path = scene_path(given)?;
     let start = Instant::now();
-    let source = load(&path).map_err(|e| e.to_string())?;
+    let (source, tone) = crate::saved::load(&path)?;
     let mut desc = source.desc.clone();
     edit(&mut desc)?;
     let build_start = Cell::new(start);
@@ -114,6 +117,7 @@ fn open(
         .map_err(|e| e.to_string())?;
     Ok(Opened {
         scene: Arc::new(scene),
+        tone: tone.unwrap_or_default(),
         load_seconds: (build_start.get() - start).as_secs_f64(),
         build_seconds: build_start.get().elapsed().as_secs_f64(),
     })

@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressFinish, ProgressStyle};
+use lightbox_core::color::ToneMap;
 use lightbox_core::render::Work;
 use lightbox_core::scene::Phase;
 use lightbox_core::settings::UNLIMITED;
@@ -15,7 +16,7 @@ use serde::Serialize;
 use super::pace::{Limits, Progress, Stop};
 use super::{Opened, Outcome, json_line, open, print_warning, print_warnings};
 use crate::args::RenderArgs;
-use crate::replay;
+use crate::{replay, saved};
 
 /// An interrupt waits this long, seconds, for the samples in work, so that every pixel has as
 /// many and the replay line holds.
@@ -83,11 +84,13 @@ fn render(args: &RenderArgs) -> Result<Outcome, String> {
     };
     let Opened {
         scene,
+        tone,
         load_seconds,
         build_seconds,
     } = open(&args.scene, |desc| args.apply(desc), &announce)?;
     bar.suspend(|| print_warnings(&scene));
 
+    let tone = args.tone_map(tone);
     let view = View::of(scene.clone())?;
     let film = view.film();
     let is_limited = args.seconds.is_some() || args.noise.is_some();
@@ -112,9 +115,11 @@ fn render(args: &RenderArgs) -> Result<Outcome, String> {
         });
     }
     let settings = view.settings;
-    let replay = replay_line(args, &view, &progress, work);
+    let replay = replay_line(&view, tone, &progress, work);
     if let Some(output) = &args.output {
-        image_io::write(output, &film.develop(), args.tone_map(), &replay)?;
+        let desc = scene.desc().clone();
+        let text = saved::text(&replay, desc, progress.samples.max(1), scene.path(), tone);
+        image_io::write(output, &film.develop(), tone, &text)?;
     }
     let (invalid_samples, places) = film.invalid();
     if let Some(first) = places.first() {
@@ -161,10 +166,10 @@ fn render(args: &RenderArgs) -> Result<Outcome, String> {
 }
 
 /// The command that makes the picture again.
-fn replay_line(args: &RenderArgs, view: &View, progress: &Progress, work: Work) -> String {
+fn replay_line(view: &View, tone: ToneMap, progress: &Progress, work: Work) -> String {
     let (scene, settings) = (&view.scene, &view.settings);
     let mut line = replay::line(scene.path(), scene.desc(), progress.samples.max(1));
-    line += &replay::tone_options(args.tone_map());
+    line += &replay::tone_options(tone);
     let pixels = u64::from(settings.width) * u64::from(settings.height);
     if work.paths != progress.samples * pixels {
         line += " # interrupted: some parts of the picture hold other samples";

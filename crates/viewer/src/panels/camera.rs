@@ -64,7 +64,14 @@ fn point(ui: &mut Ui, name: &str, value: &mut Vec3, speed: f64) {
 fn copy(ui: &mut Ui, model: &Model, status: &Status) {
     let Some(scene) = &status.scene else { return };
     let tip = "Copies the command that renders this picture again, camera and settings included.";
-    if ui.button("Copy command").on_hover_text(tip).clicked() {
+    let button = egui::Button::new("Copy command");
+    let button = ui
+        .add_enabled(!status.is_edited, button)
+        .on_hover_text(tip)
+        .on_disabled_hover_text(
+            "The file does not have your edits. Save the picture: it has them, and renders again.",
+        );
+    if button.clicked() {
         let line = crate::replay::line(scene.path(), &model.desc, model.desc.render.samples);
         ui.ctx().copy_text(line);
     }

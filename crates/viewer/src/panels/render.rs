@@ -1,7 +1,7 @@
 //! How the picture is computed.
 
 use egui::{DragValue, Ui};
-use lightbox_core::settings::UNLIMITED;
+use lightbox_core::settings::{MAX_SEED, UNLIMITED};
 use lightbox_core::{AccelKind, Filter, FilterKind, Method, RenderSettings, SamplerKind};
 
 use super::widgets::{RESTARTS, choice, labelled, row, section, slider};
@@ -34,6 +34,8 @@ pub fn render_ui(ui: &mut Ui, model: &mut Model) {
         row(ui, "Seed", &tip, |ui| {
             ui.add(DragValue::new(&mut settings.seed).speed(0.1))
         });
+        // Not a range of the field: large seeds would be rounded by looking at them.
+        settings.seed = settings.seed.min(MAX_SEED);
         size(ui, model);
     });
 }

@@ -68,7 +68,7 @@ fn buttons(ui: &mut Ui, status: &Status, actions: &mut Vec<Action>) {
             (
                 "Open…",
                 Action::Open,
-                "A .toml scene or an .obj mesh; or drop one on the window.",
+                "A .toml scene, an .obj mesh or a saved picture; or drop one on the window.",
             ),
             ("Save PNG…", Action::SavePng, "The picture as shown."),
             (

@@ -22,6 +22,13 @@ pub fn status_bar_ui(ui: &mut Ui, status: &Status, actions: &mut Vec<Action>) {
         {
             actions.push(Action::Help);
         }
+        let tip = format!(
+            "Where methods fail, and what lightbox does there ({})",
+            keys::text(ui.ctx(), &Action::Lab)
+        );
+        if ui.button("Lab").on_hover_text(tip).clicked() {
+            actions.push(Action::Lab);
+        }
         ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
             ui.shrink_clip_rect(ui.max_rect());
             pause(ui, status.activity, actions);

@@ -2,39 +2,16 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::Ordering;
-use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, PoisonError};
-use std::time::{Duration, Instant};
 
 use lightbox_core::color::ToneMap;
-use lightbox_core::image_io::tone_mapped;
-use lightbox_core::render::Work;
 use lightbox_core::scene::Source;
-use lightbox_core::{Film, Image, Scene, SceneDesc, View};
+use lightbox_core::{RenderSettings, Scene, SceneDesc, View};
 use rayon::ThreadPool;
 
-use super::preview::{Governor, enlarge};
-use super::{Activity, Inbox, Opened, Shared, Snapshot, lock};
-
-/// How long a batch of samples should take: long enough to be cheap, short enough that numbers
-/// on the screen stay fresh. A wish interrupts it anyway.
-const BATCH: Duration = Duration::from_millis(200);
-
-/// Least time between two snapshots of a picture in the making.
-const SNAPSHOT_INTERVAL: Duration = Duration::from_millis(50);
-
-/// Snapshots may take one part in this many of the engine's time.
-const SNAPSHOT_SHARE: u32 = 8;
-
-/// One picture from its first sample on.
-struct Picture {
-    view: View,
-    film: Arc<Film>,
-    /// Stands where the film has no samples yet: the last preview, enlarged.
-    backdrop: Option<Image>,
-    seconds: f64,
-    work: Work,
-}
+use super::picture::Picture;
+use super::preview::Governor;
+use super::{Activity, Inbox, Opened, Shared, Shown, Snapshot, lock};
 
 struct Engine<'a> {
     shared: &'a Arc<Shared>,
@@ -43,8 +20,6 @@ struct Engine<'a> {
     scene: Option<Arc<Scene>>,
     desc: Arc<SceneDesc>,
     picture: Option<Picture>,
-    /// Preview scales still to be shown before the film is filled; the last is shown next.
-    previews: Vec<u32>,
     governor: Governor,
     tone: ToneMap,
     paused: bool,
@@ -62,7 +37,6 @@ pub(super) fn run(shared: &Arc<Shared>, pool: &ThreadPool) {
         scene: None,
         desc: Arc::default(),
         picture: None,
-        previews: Vec::new(),
         governor: Governor::default(),
         tone: ToneMap::default(),
         paused: false,
@@ -106,8 +80,7 @@ impl Engine<'_> {
         let Some(picture) = &self.picture else {
             return false;
         };
-        let unfinished = !self.paused && picture.film.samples() < picture.view.settings.samples;
-        self.stale || !self.previews.is_empty() || unfinished
+        self.stale || picture.has_previews() || !(self.paused || picture.is_done())
     }
 
     fn apply(&mut self, mut inbox: Inbox) {
@@ -127,7 +100,6 @@ impl Engine<'_> {
         if let Some(desc) = inbox.desc {
             self.edit(desc);
         }
-        self.report();
     }
 
     fn take_up(
@@ -136,16 +108,19 @@ impl Engine<'_> {
             source,
             scene,
             is_new,
+            tone,
         }: Opened,
     ) {
         self.source = Some(source);
         self.scene = Some(scene.clone());
         if is_new {
             self.governor = Governor::default();
+            self.tone = tone.unwrap_or(self.tone);
             let desc = Arc::new(scene.desc().clone());
             {
                 let mut outbox = lock(&self.shared.outbox);
                 outbox.status.opened += 1;
+                outbox.status.tone = tone;
                 outbox.status.scene = Some(scene.clone());
                 outbox.status.desc = desc.clone();
             }
@@ -182,7 +157,7 @@ impl Engine<'_> {
             }
         }
         let samples_only = |a: &SceneDesc, b: &SceneDesc| {
-            let render = lightbox_core::RenderSettings {
+            let render = RenderSettings {
                 samples: b.render.samples,
                 ..a.render
             };
@@ -215,7 +190,7 @@ impl Engine<'_> {
             let scene = scene
                 .edit((*desc).clone(), progress)
                 .map_err(|e| e.to_string())?;
-            Ok((source, scene))
+            Ok((source, scene, None))
         });
     }
 
@@ -226,168 +201,74 @@ impl Engine<'_> {
         };
         match View::new(scene, &self.desc.camera, self.desc.render) {
             Ok(view) => {
-                let film = Arc::new(view.film());
-                lock(&self.shared.outbox).film = Some(film.clone());
-                self.previews = self
-                    .governor
-                    .scales(view.settings.width, view.settings.height);
-                self.picture = Some(Picture {
-                    view,
-                    film,
-                    backdrop: None,
-                    seconds: 0.0,
-                    work: Work::default(),
+                let picture = Picture::new(view, self.desc.camera, &self.governor);
+                let is_edited = self.source.as_ref().is_some_and(|source| {
+                    let (camera, render) = (source.desc.camera, source.desc.render);
+                    let desc = picture.view.scene.desc().clone();
+                    source.desc
+                        != (SceneDesc {
+                            camera,
+                            render,
+                            ..desc
+                        })
                 });
+                let mut outbox = lock(&self.shared.outbox);
+                outbox.status.is_edited = is_edited;
+                outbox.shown = Some(Shown {
+                    view: picture.view.clone(),
+                    camera: picture.camera,
+                    film: picture.film.clone(),
+                    is_edited,
+                });
+                drop(outbox);
+                self.picture = Some(picture);
             }
             Err(message) => self.shared.notify(message, true),
         }
     }
 
-    /// One step: a preview, a batch of samples, or a fresh look at the samples there are.
+    /// One step: a preview, a slice of samples, or a fresh look at the samples there are.
     fn work(&mut self) {
-        if let Some(scale) = self.previews.pop() {
-            self.preview(scale);
-        } else if self.stale {
-            self.publish();
-        } else if self.has_work() {
-            self.batch();
-        }
-        self.report();
-    }
-
-    /// Shows a coarse picture. The first one after a wish is never interrupted: if each new wish
-    /// did so, a drag would show nothing until it ends.
-    fn preview(&mut self, scale: u32) {
-        let Some(picture) = &mut self.picture else {
-            return;
-        };
-        let settings = lightbox_core::RenderSettings {
-            width: picture.view.settings.width.div_ceil(scale),
-            height: picture.view.settings.height.div_ceil(scale),
-            ..picture.view.settings
-        };
-        let is_first = picture.backdrop.is_none();
-        let Ok(view) = View::new(picture.view.scene.clone(), &self.desc.camera, settings) else {
-            return;
-        };
-        let film = view.film();
-        let never = std::sync::atomic::AtomicBool::new(false);
-        let start = Instant::now();
-        let cancel = if is_first {
-            &never
-        } else {
-            &self.shared.cancel
-        };
-        let work = self.pool.install(|| view.render(&film, 1, cancel));
-        if film.samples() == 0 {
-            return; // Interrupted: a newer wish is waiting.
-        }
-        self.governor.measured(start.elapsed(), work.paths);
-        let image = film.develop();
-        picture.backdrop = Some(enlarge(
-            &image,
-            scale,
-            picture.view.settings.width,
-            picture.view.settings.height,
-        ));
-        self.stale = false;
-        self.show(&image, Some(scale));
-    }
-
-    /// Adds samples for about [`BATCH`], publishing snapshots on the way.
-    fn batch(&mut self) {
-        let Some(picture) = &self.picture else { return };
-        let (view, film, cancel) = (
-            picture.view.clone(),
-            picture.film.clone(),
-            &self.shared.cancel,
-        );
-        let have = film.samples();
-        let per_sample = picture.seconds / have.max(1) as f64;
-        let more = if have == 0 {
-            1
-        } else {
-            (BATCH.as_secs_f64() / per_sample.max(1e-9)) as u64
-        };
-        // Doubling at most, so that one slow sample at the start does not set the pace.
-        let target = (have + more.clamp(1, have.max(1))).min(view.settings.samples);
-
-        let start = Instant::now();
-        let pool = self.pool;
-        let (done, finished) = channel();
-        let work = pool.in_place_scope(|scope| {
-            scope.spawn(move |_| {
-                // Only fails when the engine has gone, and then nobody asks.
-                let _ = done.send(view.render(&film, target, cancel));
-            });
-            let mut interval = SNAPSHOT_INTERVAL;
-            loop {
-                match finished.recv_timeout(interval) {
-                    Ok(work) => return work,
-                    Err(RecvTimeoutError::Disconnected) => return Work::default(),
-                    Err(RecvTimeoutError::Timeout) => {
-                        interval = self.publish().max(SNAPSHOT_INTERVAL)
-                    }
+        let has_work = self.has_work();
+        let (stale, tone) = (std::mem::take(&mut self.stale), self.tone);
+        let (governor, cancel) = (&mut self.governor, &self.shared.cancel);
+        let snapshot = match &mut self.picture {
+            Some(picture) if has_work => self.pool.install(|| {
+                if picture.has_previews() {
+                    picture.preview(governor, cancel, tone)
+                } else if stale {
+                    Some(picture.redraw(tone))
+                } else {
+                    picture.slice(governor, cancel, tone)
                 }
-            }
-        });
-        let Some(picture) = &mut self.picture else {
-            return;
+            }),
+            _ => None,
         };
-        picture.seconds += start.elapsed().as_secs_f64();
-        picture.work = picture.work + work;
-        if !self.shared.cancel.load(Ordering::Relaxed) {
-            self.publish();
+        if let Some(snapshot) = snapshot {
+            self.show(snapshot);
         }
-    }
-
-    /// Shows the film as it is, over the last preview. Returns how long to wait with the next.
-    fn publish(&mut self) -> Duration {
-        let Some(picture) = &mut self.picture else {
-            return SNAPSHOT_INTERVAL;
-        };
-        let start = Instant::now();
-        self.stale = false;
-        let image = match (&mut picture.backdrop, picture.film.samples()) {
-            (Some(backdrop), 0) => {
-                picture.film.develop_over(backdrop);
-                backdrop.clone()
-            }
-            (backdrop, _) => {
-                *backdrop = None;
-                picture.film.develop()
-            }
-        };
-        self.show(&image, None);
         self.report();
-        start.elapsed() * SNAPSHOT_SHARE
     }
 
     /// Hands a picture to the window.
-    fn show(&mut self, image: &Image, preview: Option<u32>) {
+    fn show(&mut self, snapshot: Snapshot) {
         self.snapshots += 1;
-        let snapshot = Snapshot {
-            size: [image.width as usize, image.height as usize],
-            rgb: tone_mapped(image, self.tone),
-            preview,
-            number: self.snapshots,
-        };
-        lock(&self.shared.outbox).snapshot = Some(Arc::new(snapshot));
-        (self.shared.wake)();
+        let number = self.snapshots;
+        lock(&self.shared.outbox).snapshot = Some(Arc::new(Snapshot { number, ..snapshot }));
     }
 
-    /// Brings the status up to date.
+    /// Brings the status up to date and wakes the window.
     fn report(&self) {
         let figures = self
             .picture
             .as_ref()
-            .map(|p| (p, p.film.samples(), p.film.noise(), p.film.invalid().0));
+            .map(|p| (p, p.film.samples(), p.noise(), p.film.invalid().0));
         let mut outbox = lock(&self.shared.outbox);
         let status = &mut outbox.status;
         status.scene.clone_from(&self.scene);
         if let Some((picture, samples, noise, invalid)) = figures {
             let target = picture.view.settings.samples;
-            status.activity = if samples >= target {
+            status.activity = if picture.is_done() {
                 Activity::Done
             } else if self.paused {
                 Activity::Paused

@@ -7,7 +7,10 @@
 //! sleeps.
 
 mod engine;
+mod picture;
 mod preview;
+#[cfg(test)]
+mod test;
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -15,8 +18,11 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
 use lightbox_core::color::ToneMap;
-use lightbox_core::scene::{Phase, Scene, Source};
-use lightbox_core::{Film, SceneDesc};
+use lightbox_core::image_io::{self, check_writable};
+use lightbox_core::scene::{CameraDesc, Phase, Scene, Source};
+use lightbox_core::{Film, SceneDesc, View};
+
+use crate::saved;
 
 /// A picture ready to be shown.
 #[derive(Debug)]
@@ -25,7 +31,10 @@ pub struct Snapshot {
     pub size: [usize; 2],
     /// sRGB bytes, row by row from the top.
     pub rgb: Vec<u8>,
-    /// For a preview: how many pixels of the picture one of its pixels covers, across and down.
+    /// Pixels across and down of the picture that it stands for.
+    pub picture: [usize; 2],
+    /// Where any of it is a preview: how many pixels of the picture one of the preview's covers,
+    /// across and down.
     pub preview: Option<u32>,
     /// Rises with every snapshot.
     pub number: u64,
@@ -65,6 +74,10 @@ pub struct Status {
     pub scene: Option<Arc<Scene>>,
     /// Its description with the newest edits: what panels start from.
     pub desc: Arc<SceneDesc>,
+    /// Whether the scene differs from its file in more than camera and settings.
+    pub is_edited: bool,
+    /// How the file wants to be shown: known of a saved picture.
+    pub tone: Option<ToneMap>,
     /// Rises when another file has been opened.
     pub opened: u64,
     /// Samples per pixel in the picture.
@@ -113,6 +126,20 @@ struct Opened {
     source: Source,
     scene: Arc<Scene>,
     is_new: bool,
+    tone: Option<ToneMap>,
+}
+
+/// What a loader thread comes back with; the tone map if the file has one.
+type Loaded = (Source, Scene, Option<ToneMap>);
+
+/// The picture being made, for saving.
+#[derive(Clone)]
+struct Shown {
+    view: View,
+    /// What `view` was made from.
+    camera: CameraDesc,
+    film: Arc<Film>,
+    is_edited: bool,
 }
 
 /// What the engine has for the user.
@@ -121,8 +148,7 @@ struct Outbox {
     status: Status,
     snapshot: Option<Arc<Snapshot>>,
     notices: Vec<Notice>,
-    /// The film being filled, for saving.
-    film: Option<Arc<Film>>,
+    shown: Option<Shown>,
     tone: ToneMap,
 }
 
@@ -147,6 +173,18 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Shared {
+    fn new(wake: impl Fn() + Send + Sync + 'static) -> Self {
+        Self {
+            inbox: Mutex::default(),
+            arrived: Condvar::new(),
+            cancel: AtomicBool::new(false),
+            outbox: Mutex::default(),
+            loads: Mutex::default(),
+            rebuilding: Mutex::default(),
+            wake: Box::new(wake),
+        }
+    }
+
     fn send(&self, interrupt: bool, put: impl FnOnce(&mut Inbox)) {
         let mut inbox = lock(&self.inbox);
         put(&mut inbox);
@@ -175,7 +213,7 @@ impl Shared {
         self: &Arc<Self>,
         label: String,
         is_new: bool,
-        build: impl FnOnce(&dyn Fn(Phase)) -> Result<(Source, Scene), String> + Send + 'static,
+        build: impl FnOnce(&dyn Fn(Phase)) -> Result<Loaded, String> + Send + 'static,
     ) {
         let load = {
             let mut loads = lock(&self.loads);
@@ -210,11 +248,12 @@ impl Shared {
             lock(&shared.outbox).status.loading = None;
             *lock(&shared.rebuilding) = None;
             match result {
-                Ok((source, scene)) => {
+                Ok((source, scene, tone)) => {
                     let opened = Box::new(Opened {
                         source,
                         scene: Arc::new(scene),
                         is_new,
+                        tone,
                     });
                     shared.send(true, |inbox| inbox.opened = Some(opened));
                 }
@@ -246,15 +285,7 @@ impl Session {
             .thread_name(|i| format!("lightbox-trace-{i}"))
             .build()
             .map_err(|e| format!("cannot start worker threads ({e})"))?;
-        let shared = Arc::new(Shared {
-            inbox: Mutex::default(),
-            arrived: Condvar::new(),
-            cancel: AtomicBool::new(false),
-            outbox: Mutex::default(),
-            loads: Mutex::default(),
-            rebuilding: Mutex::default(),
-            wake: Box::new(wake),
-        });
+        let shared = Arc::new(Shared::new(wake));
         lock(&shared.outbox).status.threads = pool.current_num_threads();
         let for_engine = shared.clone();
         let engine = std::thread::Builder::new()
@@ -267,14 +298,15 @@ impl Session {
         })
     }
 
-    /// Opens a scene or mesh in the background; the present one stays until it is ready.
+    /// Opens a scene, a mesh or a saved picture in the background; the present scene stays until it
+    /// is ready.
     pub fn open(&self, path: &Path) {
         let path = path.to_owned();
         self.shared
             .load(path.display().to_string(), true, move |progress| {
-                let source = lightbox_core::scene::load(&path).map_err(|e| e.to_string())?;
+                let (source, tone) = saved::load(&path)?;
                 let scene = source.build(progress).map_err(|e| e.to_string())?;
-                Ok((source, scene))
+                Ok((source, scene, tone))
             });
     }
 
@@ -320,26 +352,23 @@ impl Session {
         std::mem::take(&mut lock(&self.shared.outbox).notices)
     }
 
-    /// Writes the picture as it is now, in the background; a notice tells how it went.
+    /// Writes the picture as it is now, in the background; a notice tells how it went. In the midst
+    /// of a pass, tiles that lag behind are brought up to the others in a copy: only a picture with
+    /// as many samples everywhere can be made again.
     pub fn save(&self, path: PathBuf) {
-        let (film, tone, status) = {
+        let (shown, tone) = {
             let outbox = lock(&self.shared.outbox);
-            (outbox.film.clone(), outbox.tone, outbox.status.clone())
+            (outbox.shown.clone(), outbox.tone)
         };
-        let (Some(film), Some(scene)) = (film, status.scene) else {
+        let Some(shown) = shown else {
             self.shared
                 .notify("there is no picture to save yet".into(), true);
             return;
         };
         let shared = self.shared.clone();
-        let mut replay = crate::replay::line(scene.path(), &status.desc, film.samples());
-        replay.push_str(&crate::replay::tone_options(tone));
-        let run = move || {
-            let written = lightbox_core::image_io::write(&path, &film.develop(), tone, &replay);
-            match written {
-                Ok(()) => shared.notify(format!("saved {}", path.display()), false),
-                Err(message) => shared.notify(message, true),
-            }
+        let run = move || match shown.write(&path, tone) {
+            Ok(()) => shared.notify(format!("saved {}", path.display()), false),
+            Err(message) => shared.notify(message, true),
         };
         if let Err(e) = std::thread::Builder::new()
             .name("lightbox-save".into())
@@ -348,6 +377,27 @@ impl Session {
             self.shared
                 .notify(format!("cannot start a thread ({e})"), true);
         }
+    }
+}
+
+impl Shown {
+    fn write(&self, path: &Path, tone: ToneMap) -> Result<(), String> {
+        check_writable(path)?;
+        let film = (*self.film).clone();
+        let samples = film.most_samples().max(1);
+        self.view.render(&film, samples, &AtomicBool::new(false));
+        let scene = &self.view.scene;
+        let desc = SceneDesc {
+            camera: self.camera,
+            render: self.view.settings,
+            ..scene.desc().clone()
+        };
+        // Of edits, only the picture itself knows.
+        let named = if self.is_edited { path } else { scene.path() };
+        let mut line = crate::replay::line(named, &desc, samples);
+        line.push_str(&crate::replay::tone_options(tone));
+        let text = saved::text(&line, desc, samples, scene.path(), tone);
+        image_io::write(path, &film.develop(), tone, &text)
     }
 }
 

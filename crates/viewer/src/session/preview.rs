@@ -2,9 +2,6 @@
 
 use std::time::Duration;
 
-use glam::Vec3;
-use lightbox_core::Image;
-
 /// How long the first preview after a wish may take. A wish can come while another preview is
 /// being traced, so twice this and the display must fit in 33 ms.
 const FIRST: Duration = Duration::from_millis(11);
@@ -26,7 +23,12 @@ impl Default for Governor {
 }
 
 impl Governor {
-    /// Takes note of a preview.
+    /// Seconds per path over all threads.
+    pub fn cost(&self) -> f64 {
+        self.cost
+    }
+
+    /// Takes note of a first picture.
     pub fn measured(&mut self, time: Duration, paths: u64) {
         let cost = time.as_secs_f64() / paths.max(1) as f64;
         // Up at once, down slowly: a preview too coarse is better than one too late.
@@ -51,20 +53,24 @@ impl Governor {
     }
 }
 
-/// The picture at full size with each pixel of a preview as a square.
-pub(super) fn enlarge(image: &Image, scale: u32, width: u32, height: u32) -> Image {
-    let row = |y: u32| {
-        let start = (y / scale * image.width) as usize;
-        &image.pixels[start..start + image.width as usize]
-    };
-    let pixels: Vec<Vec3> = (0..height)
-        .flat_map(|y| (0..width).map(move |x| row(y)[(x / scale) as usize]))
-        .collect();
-    Image {
-        width,
-        height,
-        pixels,
+/// sRGB bytes of a picture of some width and height, with each pixel of a preview as a square.
+pub(super) fn enlarge(preview: &[u8], scale: u32, width: u32, height: u32) -> Vec<u8> {
+    let row_bytes = 3 * width.div_ceil(scale) as usize;
+    let mut rgb = Vec::with_capacity(3 * width as usize * height as usize);
+    for rows in (0..height).step_by(scale as usize) {
+        let start = rgb.len();
+        let from = &preview[(rows / scale) as usize * row_bytes..][..row_bytes];
+        for (x, pixel) in (0..width).step_by(scale as usize).zip(from.chunks_exact(3)) {
+            for _ in x..(x + scale).min(width) {
+                rgb.extend_from_slice(pixel);
+            }
+        }
+        let row = start..rgb.len();
+        for _ in rows + 1..(rows + scale).min(height) {
+            rgb.extend_from_within(row.clone());
+        }
     }
+    rgb
 }
 
 #[cfg(test)]
@@ -85,16 +91,9 @@ mod tests {
 
     #[test]
     fn an_enlarged_preview_covers_the_picture() {
-        let small = Image {
-            width: 2,
-            height: 1,
-            pixels: vec![Vec3::X, Vec3::Y],
-        };
-        let large = enlarge(&small, 3, 5, 2);
-        assert_eq!(large.pixels.len(), 10);
-        assert_eq!(
-            large.pixels[..5],
-            [Vec3::X, Vec3::X, Vec3::X, Vec3::Y, Vec3::Y]
-        );
+        let (a, b, c, d) = ([1; 3], [2; 3], [3; 3], [4; 3]);
+        let large = enlarge([a, b, c, d].as_flattened(), 3, 5, 4);
+        let rows = [[a, a, a, b, b]; 3].into_iter().chain([[c, c, c, d, d]]);
+        assert_eq!(large, rows.flatten().flatten().collect::<Vec<u8>>());
     }
 }

@@ -94,8 +94,13 @@ impl Folder {
     }
 }
 
-/// The replay line of a PNG, from its iTXt chunk, or of an EXR, from its attribute.
+/// The text beside a picture's pixels begins with the replay line.
 fn replay_line(path: &Path) -> String {
+    text(path).lines().next().expect("a line").to_owned()
+}
+
+/// The text in a PNG, from its iTXt chunk, or of an EXR, from its attribute.
+fn text(path: &Path) -> String {
     let bytes = std::fs::read(path).expect("a picture");
     let between = |start: usize, length: usize| {
         String::from_utf8(bytes[start..][..length].to_vec()).expect("UTF-8")

@@ -1,6 +1,6 @@
 //! What goes to standard error: errors with their status, and warnings.
 
-use lightbox_core::image_io::read;
+use lightbox_core::image_io::{read, write};
 use serde_json::Value;
 
 use crate::{Folder, TRIANGLE, run, stderr, stdout};
@@ -10,6 +10,17 @@ use crate::{Folder, TRIANGLE, run, stderr, stdout};
 fn bad_input_is_told_in_one_line() {
     let folder = Folder::new();
     let scene = |name: &str, text: &str| folder.write(name, text).to_str().unwrap().to_owned();
+    let picture = |name: &str, text: &str| {
+        let (width, height, pixels) = (1, 1, vec![glam::Vec3::ONE]);
+        let image = lightbox_core::Image {
+            width,
+            height,
+            pixels,
+        };
+        let path = folder.path(name);
+        write(&path, &image, Default::default(), text).unwrap();
+        path.to_str().unwrap().to_owned()
+    };
     let quad = "[[quad]]\nmaterial = \"m\"\ncorners = [[0,0,0],[1,0,0],[1,1,0],[0,1,0]]\n";
     let cases = [
         (
@@ -71,6 +82,16 @@ fn bad_input_is_told_in_one_line() {
             "fov is 180",
         ),
         (
+            scene("eye.toml", "[camera]\neye = [1, 2]\n"),
+            "eye.toml:2:",
+            "expected three numbers",
+        ),
+        (
+            scene("word.toml", "[camera]\nfov = \"wide\"\n"),
+            "word.toml:2:",
+            "expected a number",
+        ),
+        (
             scene("filter.toml", "[render]\nfilter = \"gausian\"\n"),
             "filter.toml:2:",
             "did you mean \"gaussian\"?",
@@ -89,6 +110,22 @@ fn bad_input_is_told_in_one_line() {
             scene("mesh.toml", "[[mesh]]\nfile = \"gone.obj\"\n"),
             "mesh.toml:2:",
             "gone.obj",
+        ),
+        (picture("plain.png", ""), "plain.png", "without a scene"),
+        (
+            picture("odd.exr", "lightbox render x\n[scene]\nfov = 40\n"),
+            "odd.exr: the scene in this picture cannot be read",
+            "",
+        ),
+        (
+            scene("junk.png", "\u{1}\u{2}junk"),
+            "junk.png: not a picture",
+            "",
+        ),
+        (
+            scene("junk.exr", "\u{1}\u{2}junk"),
+            "junk.exr: not a picture",
+            "",
         ),
     ];
     let output = folder.path("a.png");
@@ -142,6 +179,7 @@ fn bad_usage_has_status_two() {
         ("-o a.png --fov 180", "180"),
         ("-o a.png --exposure inf", "number"),
         ("-o a.png --tone rosy", "filmic"),
+        ("-o a.png --seed 9223372036854775808", "--seed"),
         ("-o a.png --metod mis", "--method"),
     ];
     for (options, expected) in cases {
@@ -159,6 +197,19 @@ fn bad_usage_has_status_two() {
             "{options}: {}",
             stderr(&result)
         );
+    }
+}
+
+#[test]
+fn a_misspelt_command_is_told_from_a_scene() {
+    for (words, expected) in [
+        (["rendr", "cornell-box"], "did you mean \"render\"?"),
+        (["inf", "cornell-box"], "did you mean \"info\"?"),
+    ] {
+        let result = run(words);
+        assert_eq!(result.status.code(), Some(2));
+        let error = stderr(&result);
+        assert!(error.contains(expected), "{error}");
     }
 }
 

@@ -1,0 +1,236 @@
+//! One picture from its first preview on: previews, passes cut into slices of time, and what is
+//! shown of them. Runs on the threads of the engine's pool.
+
+use std::ops::Range;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use lightbox_core::color::ToneMap;
+use lightbox_core::image_io::tone_mapped;
+use lightbox_core::render::Work;
+use lightbox_core::scene::CameraDesc;
+use lightbox_core::{Film, Image, RenderSettings, View};
+use rayon::prelude::*;
+
+use super::Snapshot;
+use super::preview::{Governor, enlarge};
+
+/// How long a slice of samples should take: long enough to be cheap, short enough that the
+/// window stays fresh. A wish interrupts it anyway.
+const SLICE: Duration = Duration::from_millis(50);
+
+/// Showing a slice may take one part in this many of its time.
+const SHOWING: u32 = 8;
+
+/// Least tiles of a slice for each thread: at its end, threads wait for the last one.
+const TILES: usize = 4;
+
+/// A picture in the making.
+pub(super) struct Picture {
+    pub view: View,
+    /// What `view` was made from.
+    pub camera: CameraDesc,
+    pub film: Arc<Film>,
+    /// Seconds of tracing.
+    pub seconds: f64,
+    pub work: Work,
+    /// Preview scales still to be shown before the film is filled; the last is shown next.
+    previews: Vec<u32>,
+    /// The last preview and its scale: stands where the film has no samples yet.
+    backdrop: Option<(Image, u32)>,
+    /// The pass brings every tile up to this many samples per pixel.
+    goal: u64,
+    /// First tile that the pass has not reached.
+    next_tile: usize,
+    /// What is shown, sRGB bytes; empty until the film is shown first.
+    rgb: Vec<u8>,
+    /// Each tile's share of the noise.
+    variances: Vec<Option<f64>>,
+    /// How long it took to show the last slice.
+    showing: Duration,
+}
+
+impl Picture {
+    pub fn new(view: View, camera: CameraDesc, governor: &Governor) -> Self {
+        let film = Arc::new(view.film());
+        Self {
+            previews: governor.scales(view.settings.width, view.settings.height),
+            next_tile: film.tiles(),
+            variances: vec![None; film.tiles()],
+            view,
+            camera,
+            film,
+            seconds: 0.0,
+            work: Work::default(),
+            backdrop: None,
+            goal: 0,
+            rgb: Vec::new(),
+            showing: Duration::ZERO,
+        }
+    }
+
+    /// Whether there are previews still to be shown.
+    pub fn has_previews(&self) -> bool {
+        !self.previews.is_empty()
+    }
+
+    /// Whether every sample asked for is there. A pass is always finished, so that every pixel
+    /// has as many.
+    pub fn is_done(&self) -> bool {
+        self.next_tile == self.film.tiles() && self.film.samples() >= self.view.settings.samples
+    }
+
+    /// Estimated relative error of what is shown.
+    pub fn noise(&self) -> Option<f64> {
+        self.film.noise_of(self.variances.iter().copied())
+    }
+
+    /// The next coarse picture; nothing if it was interrupted. The first one after a wish never
+    /// is: if each new wish did so, a drag would show nothing until it ends.
+    pub fn preview(
+        &mut self,
+        governor: &mut Governor,
+        cancel: &AtomicBool,
+        tone: ToneMap,
+    ) -> Option<Snapshot> {
+        let scale = self.previews.pop()?;
+        let settings = RenderSettings {
+            width: self.view.settings.width.div_ceil(scale),
+            height: self.view.settings.height.div_ceil(scale),
+            ..self.view.settings
+        };
+        let view = View::new(self.view.scene.clone(), &self.camera, settings).ok()?;
+        let film = view.film();
+        let never = AtomicBool::new(false);
+        let is_first = self.backdrop.is_none();
+        let start = Instant::now();
+        let work = view.render(&film, 1, if is_first { &never } else { cancel });
+        if film.samples() == 0 {
+            return None;
+        }
+        governor.measured(start.elapsed(), work.paths);
+        let image = film.develop();
+        let snapshot = Snapshot {
+            size: [image.width as usize, image.height as usize],
+            rgb: tone_mapped(&image, tone),
+            picture: self.size(),
+            preview: Some(scale),
+            number: 0,
+        };
+        self.backdrop = Some((image, scale));
+        self.rgb.clear();
+        Some(snapshot)
+    }
+
+    /// Adds samples for about [`SLICE`]; nothing to show if it was interrupted.
+    pub fn slice(
+        &mut self,
+        governor: &mut Governor,
+        cancel: &AtomicBool,
+        tone: ToneMap,
+    ) -> Option<Snapshot> {
+        let have = self.film.samples();
+        let tiles = self.next_tiles(have, governor);
+        // Without a preview this is the first picture after a wish, see there.
+        let is_first = have == 0 && self.backdrop.is_none();
+        let never = AtomicBool::new(false);
+        let cancel = if is_first { &never } else { cancel };
+        let start = Instant::now();
+        let work = self
+            .view
+            .render_tiles(&self.film, tiles.clone(), self.goal, cancel);
+        let took = start.elapsed();
+        self.seconds += took.as_secs_f64();
+        self.work = self.work + work;
+        if cancel.load(Ordering::Relaxed) {
+            return None;
+        }
+        if is_first {
+            governor.measured(took, work.paths);
+        }
+        self.next_tile = tiles.end;
+        let start = Instant::now();
+        self.draw(tiles, tone);
+        let snapshot = self.snapshot();
+        self.showing = start.elapsed();
+        Some(snapshot)
+    }
+
+    /// The tiles of the next slice; starts a pass where one has ended.
+    fn next_tiles(&mut self, have: u64, governor: &Governor) -> Range<usize> {
+        let tiles = self.film.tiles();
+        let [width, height] = self.film.size();
+        let pixels = f64::from(width) * f64::from(height);
+        let cost = match self.work.paths {
+            0 => governor.cost(),
+            paths => self.seconds / paths as f64,
+        };
+        let paths = SLICE.max(self.showing * SHOWING).as_secs_f64() / cost;
+        if self.next_tile == tiles {
+            // Doubling at most, so that one slow sample at the start does not set the pace.
+            let more = ((paths / pixels) as u64).clamp(1, have.max(1));
+            self.goal = (have + more).min(self.view.settings.samples);
+            self.next_tile = 0;
+        }
+        let share = paths / (pixels * (self.goal - have) as f64);
+        let count = (tiles as f64 * share) as usize;
+        let least = TILES * rayon::current_num_threads();
+        self.next_tile..tiles.min(self.next_tile.saturating_add(count.max(least)))
+    }
+
+    /// Shows all there is once more, under another tone map.
+    pub fn redraw(&mut self, tone: ToneMap) -> Snapshot {
+        self.rgb.clear();
+        self.draw(0..self.film.tiles(), tone);
+        self.snapshot()
+    }
+
+    /// Brings some tiles of what is shown up to date.
+    fn draw(&mut self, tiles: Range<usize>, tone: ToneMap) {
+        let [width, height] = self.film.size();
+        if self.rgb.is_empty() {
+            self.rgb = match &self.backdrop {
+                Some((image, scale)) => enlarge(&tone_mapped(image, tone), *scale, width, height),
+                None => vec![0; 3 * width as usize * height as usize],
+            };
+        }
+        let film = &self.film;
+        let drawn: Vec<_> = tiles
+            .into_par_iter()
+            .filter_map(|i| Some((i, film.develop_tile(i)?)))
+            .map(|(i, tile)| {
+                let rgb: Vec<[u8; 3]> = tile.pixels.iter().map(|p| tone.apply(*p)).collect();
+                (i, tile.rect, tile.variance, rgb)
+            })
+            .collect();
+        for (i, rect, variance, rgb) in drawn {
+            self.variances[i] = variance;
+            for (y, row) in (rect.y..).zip(rgb.chunks_exact(rect.width as usize)) {
+                let start = 3 * (y * width + rect.x) as usize;
+                self.rgb[start..start + 3 * row.len()].copy_from_slice(row.as_flattened());
+            }
+        }
+    }
+
+    fn size(&self) -> [usize; 2] {
+        self.film.size().map(|n| n as usize)
+    }
+
+    fn snapshot(&self) -> Snapshot {
+        let is_covered = self.film.samples() > 0;
+        Snapshot {
+            size: self.size(),
+            rgb: self.rgb.clone(),
+            picture: self.size(),
+            preview: (!is_covered)
+                .then_some(self.backdrop.as_ref())
+                .flatten()
+                .map(|(_, scale)| *scale),
+            number: 0,
+        }
+    }
+}
+
+#[cfg(test)]
+mod test;

@@ -1,0 +1,115 @@
+use std::path::Path;
+
+use lightbox_core::scene;
+
+use super::*;
+
+/// A picture of 4×4 tiles, and a governor that takes it for very slow.
+fn picture(samples: u64) -> (Picture, Governor) {
+    let source = scene::load(Path::new("builtin:sphere-mirror.toml")).expect("a scene");
+    let scene = Arc::new(source.build(&|_| ()).expect("a scene"));
+    let settings = RenderSettings {
+        width: 64,
+        height: 64,
+        samples,
+        depth: 3,
+        ..source.desc.render
+    };
+    let view = View::new(scene, &source.desc.camera, settings).expect("a view");
+    let mut governor = Governor::default();
+    governor.measured(Duration::from_secs(1), 1);
+    let picture = Picture::new(view, source.desc.camera, &governor);
+    (picture, governor)
+}
+
+/// Runs on two threads, as many in every place.
+fn on_two_threads<T: Send>(run: impl FnOnce() -> T + Send) -> T {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build();
+    pool.expect("threads").install(run)
+}
+
+const TONE: ToneMap = ToneMap {
+    exposure: 0.5,
+    curve: lightbox_core::color::ToneCurve::Filmic,
+};
+
+#[test]
+fn a_preview_is_named_until_the_film_covers_the_picture() {
+    on_two_threads(|| {
+        let (mut picture, mut governor) = picture(1);
+        let go_on = AtomicBool::new(false);
+        let mut scales = Vec::new();
+        let mut preview = Vec::new();
+        while picture.has_previews() {
+            let snapshot = picture.preview(&mut governor, &go_on, TONE).expect("shown");
+            assert_eq!(snapshot.picture, [64, 64]);
+            scales.extend(snapshot.preview);
+            preview = enlarge(&snapshot.rgb, *scales.last().expect("a scale"), 64, 64);
+        }
+        assert_eq!(scales, [32, 16, 8, 4, 2]);
+        // Half of the tiles, with the preview in the corners.
+        governor.measured(Duration::from_secs(1), 1);
+        let half = picture.slice(&mut governor, &go_on, TONE).expect("shown");
+        assert_eq!((half.preview, half.size), (Some(2), [64, 64]));
+        assert!(half.rgb[..16 * 3] == preview[..16 * 3] && half.rgb != preview);
+        let redrawn = picture.redraw(TONE);
+        assert!(redrawn.rgb == half.rgb && redrawn.preview == Some(2));
+        let mut last = half;
+        while !picture.is_done() {
+            assert_eq!(last.preview, Some(2));
+            last = picture.slice(&mut governor, &go_on, TONE).expect("shown");
+        }
+        assert_eq!(last.preview, None);
+    });
+}
+
+#[test]
+fn slices_come_to_the_picture_of_one_render() {
+    on_two_threads(|| {
+        let (mut picture, mut governor) = picture(24);
+        let (go_on, stop) = (AtomicBool::new(false), AtomicBool::new(true));
+        while picture.has_previews() {
+            picture.preview(&mut governor, &go_on, TONE);
+        }
+        let mut last = None;
+        while !picture.is_done() {
+            // An interrupted slice loses nothing.
+            assert!(picture.slice(&mut governor, &stop, TONE).is_none());
+            last = picture.slice(&mut governor, &go_on, TONE);
+        }
+        let whole = picture.view.film();
+        let work = picture.view.render(&whole, 24, &go_on);
+        assert_eq!(picture.work, work);
+        assert_eq!(
+            [picture.film.samples(), picture.film.most_samples()],
+            [24; 2]
+        );
+        assert!(last.expect("shown").rgb == tone_mapped(&whole.develop(), TONE));
+        assert_eq!(picture.noise(), whole.noise());
+        assert!(picture.noise().is_some());
+    });
+}
+
+/// Fewer samples than there are, in the midst of a pass: the pass is finished, so that the picture
+/// is one that can be made again.
+#[test]
+fn a_pass_ends_evenly() {
+    on_two_threads(|| {
+        let (mut picture, mut governor) = picture(24);
+        let go_on = AtomicBool::new(false);
+        while picture.film.samples() == 0 {
+            picture.slice(&mut governor, &go_on, TONE);
+        }
+        // As if it had been slow: the next slice is a part of a pass.
+        picture.seconds = 1e9;
+        picture.slice(&mut governor, &go_on, TONE);
+        let held = |picture: &Picture| [picture.film.samples(), picture.film.most_samples()];
+        assert_eq!(held(&picture), [1, 2]);
+        picture.view.settings.samples = 1;
+        assert!(!picture.is_done());
+        while !picture.is_done() {
+            picture.slice(&mut governor, &go_on, TONE);
+        }
+        assert_eq!(held(&picture), [2; 2]);
+    });
+}
