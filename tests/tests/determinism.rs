@@ -5,8 +5,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
+use lightbox_core::color::ToneMap;
 use lightbox_core::scene::Source;
-use lightbox_core::{AccelKind, Image, RenderSettings, Scene, SceneDesc, View};
+use lightbox_core::{AccelKind, Image, RenderSettings, Scene, SceneDesc, View, image_io};
 use lightbox_tests::{on_threads, picture, shipped, view};
 
 const SMALL: fn(&mut RenderSettings) = |s| (s.width, s.height, s.samples) = (50, 37, 8);
@@ -179,4 +180,23 @@ fn edits_give_the_picture_of_a_fresh_build() {
         &picture(&view(&fresh, SMALL)),
         "edited",
     );
+}
+
+/// EXR is compressed in parallel, and its blocks must not land in the order in which they are done.
+#[test]
+fn the_same_picture_gives_the_same_file() {
+    let view = view(&build(&shipped("sphere-mirror")), |s| {
+        (s.width, s.height, s.samples) = (96, 96, 1);
+    });
+    let image = picture(&view);
+    let path = std::env::temp_dir().join(format!("lightbox-{}.exr", std::process::id()));
+    let file = || {
+        image_io::write(&path, &image, ToneMap::default(), "").unwrap_or_else(|e| panic!("{e}"));
+        std::fs::read(&path).expect("it was just written")
+    };
+    let first = file();
+    for _ in 0..50 {
+        assert!(file() == first, "the bytes of {}", path.display());
+    }
+    std::fs::remove_file(&path).expect("it was just written");
 }

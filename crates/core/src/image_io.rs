@@ -7,8 +7,8 @@ use std::io::{BufRead, BufWriter, Seek, Write as _};
 use std::path::{Path, PathBuf};
 
 use exr::prelude::{
-    AttributeValue, Encoding, Image as ExrImage, Layer, LayerAttributes, SpecificChannels, Text,
-    WritableImage as _,
+    AttributeValue, Encoding, Image as ExrImage, Layer, LayerAttributes, LineOrder,
+    SpecificChannels, Text, WritableImage as _,
 };
 use glam::Vec3;
 
@@ -135,7 +135,11 @@ fn encode_exr(image: &Image, text: &str) -> Result<Vec<u8>, String> {
     let layer = Layer::new(
         (width, height),
         attributes,
-        Encoding::FAST_LOSSLESS,
+        Encoding {
+            // Compressed in parallel; the same picture must give the same file.
+            line_order: LineOrder::Increasing,
+            ..Encoding::FAST_LOSSLESS
+        },
         channels,
     );
     let mut bytes = std::io::Cursor::new(Vec::new());
