@@ -37,7 +37,9 @@ fn main() {
                 "scene", "Mpaths/s", "Mrays/s"
             );
             for name in ["sphere-mirror", "teddy-diffuse", "teddy-mirror"] {
-                paths(name);
+                for accel in [AccelKind::KdTree, AccelKind::Auto] {
+                    paths(name, accel);
+                }
             }
             println!(
                 "{:<28}{:>9}{:>9}{:>9}",
@@ -135,9 +137,10 @@ fn rays(name: &str, scene: &Arc<Scene>) {
     );
 }
 
-fn paths(name: &str) {
+fn paths(name: &str, accel: AccelKind) {
     let scene = build(&source(name), |desc| {
         (desc.render.width, desc.render.height, desc.render.samples) = (256, 256, 16);
+        desc.render.accel = accel;
     });
     let view = View::of(scene).expect("a view");
     let film = view.film();
@@ -145,7 +148,8 @@ fn paths(name: &str) {
     let work = view.render(&film, view.settings.samples, &AtomicBool::new(false));
     let seconds = start.elapsed().as_secs_f64();
     println!(
-        "{name:<28}{:>9.3}{:>9.2}",
+        "{:<28}{:>9.3}{:>9.2}",
+        format!("{name} {accel}"),
         work.paths as f64 / seconds / 1e6,
         work.rays as f64 / seconds / 1e6
     );

@@ -11,6 +11,8 @@ use crate::shape::{Quad, Sphere, triangle_area, unit_normal};
 pub use cast::Geometry;
 
 mod cast;
+mod search;
+mod stream;
 
 #[cfg(test)]
 mod test;

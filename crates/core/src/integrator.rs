@@ -123,11 +123,19 @@ impl Wave {
             scene.intersect_all(&self.rays, &mut self.hits);
             self.shade(scene, method, bounce, bounce + 1 == depth);
             *rays += self.shadow_rays.len() as u64;
-            for shadow in &self.shadow_rays {
-                if !scene.occluded(&shadow.ray, shadow.light) {
-                    self.radiance[shadow.index as usize] += shadow.radiance;
-                }
-            }
+            let shadow_rays = &self.shadow_rays;
+            scene.geometry().occluded_many(
+                shadow_rays.len(),
+                |i| (shadow_rays[i].ray, shadow_rays[i].light),
+                |i, shaded| {
+                    if !shaded {
+                        let ShadowRay {
+                            index, radiance, ..
+                        } = shadow_rays[i];
+                        self.radiance[index as usize] += radiance;
+                    }
+                },
+            );
         }
         Some(&self.radiance)
     }

@@ -3,12 +3,15 @@
 //! The nearest hit is a minimum over (distance, primitive), and so does not depend on the order
 //! in which an accelerator comes by the primitives.
 
+use rayon::prelude::*;
+
+use super::search::{Any, Face, Nearest, Search, offer_triangle};
 use super::{Hit, Primitives};
 use crate::accel::bvh::{self, Leaves};
 use crate::accel::{self, Bvh, KdTree, TreeStats};
 use crate::math::{Aabb, Ray};
 use crate::settings::AccelKind;
-use crate::shape::{ShearedRay, TriangleHit, TriangleRuns};
+use crate::shape::{ShearedRay, TriangleRuns};
 #[cfg(target_arch = "x86_64")]
 use crate::simd::Avx2;
 use crate::simd::{Kernel, Lanes, Portable};
@@ -17,20 +20,17 @@ use crate::simd::{Kernel, Lanes, Portable};
 /// docs/ray-casting.md).
 const SWEEP_BELOW: usize = 25;
 
-/// Relative distance within which an emitter wins against a surface in the same place.
-const NUDGE: f32 = 1.0 / (1 << 20) as f32;
-
 /// Primitives with their accelerator: what rays are cast at. Frozen.
 #[derive(Debug)]
 pub struct Geometry {
-    primitives: Primitives,
-    accel: Accel,
-    kernel: Kernel,
+    pub(super) primitives: Primitives,
+    pub(super) accel: Accel,
+    pub(super) kernel: Kernel,
     bounds: Aabb,
 }
 
 #[derive(Debug)]
-enum Accel {
+pub(super) enum Accel {
     /// Everything, in the order of ids.
     Brute(Triangles),
     KdTree(KdTree),
@@ -45,24 +45,9 @@ enum Accel {
 
 /// The triangles, and each quad as two, for SIMD. The tag of a triangle is its [`Face`].
 #[derive(Debug)]
-struct Triangles {
-    runs: TriangleRuns,
-    count: u32,
-}
-
-/// A triangle, one of the two of a quad, or a sphere, in 32 bits: 2 · id, and 1 more for a
-/// quad's second triangle. Faces are ordered as their ids are.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-struct Face(u32);
-
-impl Face {
-    /// Later than any face.
-    const NONE: Self = Self(u32::MAX);
-
-    #[inline(always)]
-    fn id(self) -> u32 {
-        self.0 >> 1
-    }
+pub(super) struct Triangles {
+    pub runs: TriangleRuns,
+    pub count: u32,
 }
 
 impl Primitives {
@@ -90,8 +75,8 @@ impl Primitives {
 }
 
 impl Triangles {
-    fn new(primitives: &Primitives, runs: impl Iterator<Item = usize>, order: &[u32]) -> Self {
-        let runs = TriangleRuns::new(runs, |i| {
+    fn new(primitives: &Primitives, runs: &[u8], order: &[u32]) -> Self {
+        let runs = TriangleRuns::new(runs, order.len(), |i| {
             let (triangle, face) = primitives.face(order[i] as usize);
             (triangle, face.0)
         });
@@ -101,13 +86,35 @@ impl Triangles {
         }
     }
 
+    /// Casts a ray through the tree whose leaves they are.
+    #[inline(always)]
+    pub fn search<L: Lanes>(
+        &self,
+        tree: &Bvh,
+        ray: &Ray,
+        sheared: &ShearedRay,
+        search: &mut impl Search,
+    ) {
+        tree.walk::<L>(
+            ray,
+            &mut TriangleLeaves {
+                runs: &self.runs,
+                ray: sheared,
+                search,
+            },
+        );
+    }
+
     /// In the order of ids, in runs of the greatest length.
     fn in_order(primitives: &Primitives) -> Self {
         let count = primitives.faces();
         let order: Vec<u32> = (0..count as u32).collect();
-        let full = std::iter::repeat_n(TriangleRuns::MAX, count / TriangleRuns::MAX);
+        let mut runs = vec![TriangleRuns::MAX as u8; count / TriangleRuns::MAX];
         let rest = count % TriangleRuns::MAX;
-        Self::new(primitives, full.chain((rest > 0).then_some(rest)), &order)
+        if rest > 0 {
+            runs.push(rest as u8);
+        }
+        Self::new(primitives, &runs, &order)
     }
 }
 
@@ -125,8 +132,9 @@ impl Geometry {
                 .collect()
         };
         let bounds = (0..primitives.len() as u32)
+            .into_par_iter()
             .map(|id| primitives.bounds(id))
-            .fold(Aabb::EMPTY, Aabb::union);
+            .reduce(|| Aabb::EMPTY, Aabb::union);
         let accel = match accel {
             AccelKind::Auto if primitives.faces() + primitives.spheres.len() < SWEEP_BELOW => {
                 Accel::Brute(Triangles::in_order(&primitives))
@@ -136,18 +144,14 @@ impl Geometry {
                 primitives.clipped_bounds(id, cell)
             })),
             AccelKind::Auto | AccelKind::Bvh => {
-                let boxes: Vec<Aabb> = (0..primitives.faces())
-                    .map(|i| Aabb::of_points(primitives.face(i).0))
-                    .collect();
-                let bvh::Built { tree, order, runs } = Bvh::build(&boxes);
-                let lengths = runs.iter().map(|&n| usize::from(n));
-                let triangles = Triangles::new(&primitives, lengths, &order);
+                let bvh::Built { tree, order, runs } = Bvh::build(primitives.faces(), |i| {
+                    Aabb::of_points(primitives.face(i as usize).0)
+                });
+                let triangles = Triangles::new(&primitives, &runs, &order);
                 let first = primitives.first_sphere();
                 let spheres = (primitives.spheres.len() >= SWEEP_BELOW).then(|| {
-                    let boxes: Vec<Aabb> = (first..primitives.len() as u32)
-                        .map(|id| primitives.bounds(id))
-                        .collect();
-                    let built = Bvh::build(&boxes);
+                    let built =
+                        Bvh::build(primitives.spheres.len(), |i| primitives.bounds(first + i));
                     let ids = built.order.iter().map(|i| first + i).collect();
                     (built.tree, ids)
                 });
@@ -236,11 +240,11 @@ impl Geometry {
             t_max: ray.t_max,
         };
         self.search(ray, &mut any);
-        any.t_max == f32::NEG_INFINITY
+        any.found()
     }
 
     #[inline(always)]
-    fn search(&self, ray: &Ray, search: &mut impl Search) {
+    pub(super) fn search(&self, ray: &Ray, search: &mut impl Search) {
         match self.kernel {
             Kernel::Portable => self.search_with::<Portable>(ray, search),
             #[cfg(target_arch = "x86_64")]
@@ -285,39 +289,46 @@ impl Geometry {
                 tree,
                 spheres,
             } => {
-                tree.walk::<L>(
-                    ray,
-                    &mut TriangleLeaves {
-                        runs: &triangles.runs,
-                        ray: &sheared,
-                        search,
-                    },
-                );
-                if self.primitives.spheres.is_empty() {
-                    return;
-                }
-                match spheres {
-                    None => {
-                        if accel::may_hit(&self.bounds, ray) {
-                            self.test_spheres(ray, search);
-                        }
-                    }
-                    Some((tree, ids)) => tree.walk::<L>(
-                        ray,
-                        &mut SphereLeaves {
-                            geometry: self,
-                            ids,
-                            ray,
-                            search,
-                        },
-                    ),
-                }
+                triangles.search::<L>(tree, ray, &sheared, search);
+                self.search_spheres(spheres.as_ref(), ray, search);
             }
         }
     }
 
+    /// The spheres beside the tree over triangles.
     #[inline(always)]
-    fn test_spheres(&self, ray: &Ray, search: &mut impl Search) {
+    pub(super) fn search_spheres(
+        &self,
+        tree: Option<&(Bvh, Vec<u32>)>,
+        ray: &Ray,
+        search: &mut impl Search,
+    ) {
+        if self.primitives.spheres.is_empty() {
+            return;
+        }
+        match tree {
+            None if !accel::may_hit(&self.bounds, ray) => {}
+            None => self.test_spheres(ray, search),
+            Some((tree, ids)) => self.walk_spheres(tree, ids, ray, search),
+        }
+    }
+
+    /// The spheres' own tree; spheres are tested one by one, so the portable kernel will do.
+    #[inline(never)]
+    fn walk_spheres(&self, tree: &Bvh, ids: &[u32], ray: &Ray, search: &mut impl Search) {
+        tree.walk::<Portable>(
+            ray,
+            &mut SphereLeaves {
+                geometry: self,
+                ids,
+                ray,
+                search,
+            },
+        );
+    }
+
+    #[inline(always)]
+    pub(super) fn test_spheres(&self, ray: &Ray, search: &mut impl Search) {
         for id in self.primitives.first_sphere()..self.primitives.len() as u32 {
             self.test_sphere(id, ray, search);
         }
@@ -402,105 +413,5 @@ fn test_run<L: Lanes>(
         mask &= mask - 1;
         let hit = triangles.hit(lane, search.limit());
         offer_triangle(hit, Face(runs.tag(first, count, lane)), search);
-    }
-}
-
-#[inline(always)]
-fn offer_triangle(hit: Option<TriangleHit>, face: Face, search: &mut impl Search) {
-    if let Some(hit) = hit {
-        search.offer(hit.t, face, [hit.b1, hit.b2]);
-    }
-}
-
-/// What a ray is cast for.
-trait Search {
-    /// What begins beyond this distance can be left out; −∞ when there is nothing left to find.
-    fn t_max(&self) -> f32;
-    /// Hits beyond this distance need not be offered.
-    fn limit(&self) -> f32;
-    /// Takes note of a hit; `b` are a triangle's second and third barycentric.
-    fn offer(&mut self, t: f32, face: Face, b: [f32; 2]);
-}
-
-/// The nearest hit.
-struct Nearest<E> {
-    is_emitter: E,
-    t_max: f32,
-    face: Face,
-    b: [f32; 2],
-}
-
-impl<E: Fn(u32) -> bool> Search for Nearest<E> {
-    #[inline(always)]
-    fn t_max(&self) -> f32 {
-        self.t_max
-    }
-
-    /// Further than `t_max`, for emitters that are then counted as nearer.
-    #[inline(always)]
-    fn limit(&self) -> f32 {
-        self.t_max * (1.0 + 2.0 * NUDGE)
-    }
-
-    #[inline(always)]
-    fn offer(&mut self, mut t: f32, face: Face, b: [f32; 2]) {
-        if (self.is_emitter)(face.id()) {
-            t *= 1.0 - NUDGE;
-        }
-        if t < self.t_max || t == self.t_max && face < self.face {
-            (self.t_max, self.face, self.b) = (t, face, b);
-        }
-    }
-}
-
-impl<E> Nearest<E> {
-    #[inline(always)]
-    fn hit(&self, primitives: &Primitives) -> Option<Hit> {
-        if self.face == Face::NONE {
-            return None;
-        }
-        let (prim, [b1, b2]) = (self.face.id(), self.b);
-        // On a quad, from barycentrics of (a, b, c) or of (a, c, d) to those along its edges.
-        let quad = prim.wrapping_sub(primitives.triangles.len() as u32);
-        let (u, v) = if (quad as usize) < primitives.quads.len() {
-            match self.face.0 & 1 {
-                0 => (b1 + b2, b2),
-                _ => (b1, b1 + b2),
-            }
-        } else {
-            (b1, b2)
-        };
-        Some(Hit {
-            t: self.t_max,
-            prim,
-            u,
-            v,
-        })
-    }
-}
-
-/// Any hit but of one primitive.
-struct Any {
-    except: u32,
-    /// −∞ once there is one.
-    t_max: f32,
-}
-
-impl Search for Any {
-    #[inline(always)]
-    fn t_max(&self) -> f32 {
-        self.t_max
-    }
-
-    #[inline(always)]
-    fn limit(&self) -> f32 {
-        self.t_max
-    }
-
-    #[inline(always)]
-    fn offer(&mut self, _: f32, face: Face, _: [f32; 2]) {
-        if face.id() != self.except {
-            self.t_max = f32::NEG_INFINITY;
-        }
     }
 }

@@ -74,9 +74,36 @@ fn check(make: impl Fn() -> Primitives, rays: &[Ray], emitters: u32) -> usize {
                 let shaded = geometry.occluded(ray, u32::MAX);
                 assert_eq!(shaded, plain.is_some(), "{accel} {kernel:?} {ray:?}");
             }
+            check_many(&geometry, rays, is_emitter);
         }
     }
     found.iter().flatten().count()
+}
+
+/// All rays in one call against one by one; each must be answered once.
+fn check_many(geometry: &Geometry, rays: &[Ray], is_emitter: impl Fn(u32) -> bool + Copy) {
+    let mut answers = vec![0; rays.len()];
+    geometry.intersect_many(
+        rays.len(),
+        |i| rays[i],
+        is_emitter,
+        |i, hit| {
+            answers[i] += 1;
+            let alone = geometry.intersect(&rays[i], is_emitter);
+            assert_eq!(bits(hit), bits(alone), "{:?}", rays[i]);
+        },
+    );
+    let except = |i: usize| if i.is_multiple_of(2) { u32::MAX } else { 0 };
+    geometry.occluded_many(
+        rays.len(),
+        |i| (rays[i], except(i)),
+        |i, shaded| {
+            answers[i] += 1;
+            let alone = geometry.occluded(&rays[i], except(i));
+            assert_eq!(shaded, alone, "{:?}", rays[i]);
+        },
+    );
+    assert!(answers.iter().all(|&n| n == 2));
 }
 
 /// Triangles as they are, each with a neighbour in the same plane; quads and spheres from them.
@@ -190,6 +217,47 @@ fn a_closed_mesh_has_no_holes() {
                 );
                 assert!(geometry.occluded(&ray, u32::MAX), "{accel} {ray:?}");
             }
+        }
+    }
+}
+
+#[test]
+fn packets_and_turns_give_what_single_rays_give() {
+    let mut rng = Rng(35);
+    let mut triangles = bumpy_sphere(60);
+    for many in [false, true] {
+        if many {
+            triangles.extend(rng.soup(60_000, 0.01));
+        }
+        let mut rays = rays_at(&triangles, 3000, &mut rng);
+        // Like a camera's, to and beyond the silhouette, with ends.
+        for i in 0..20_000 {
+            let (x, y) = (
+                (i % 200) as f32 / 100.0 - 1.0,
+                (i / 200) as f32 / 50.0 - 1.0,
+            );
+            let ray = Ray::new(Vec3::new(0.0, 0.0, 3.0), Vec3::new(x, y, -2.0).normalize());
+            let t_max = if i / 64 % 3 == 0 { 2.0 } else { f32::INFINITY };
+            rays.push(Ray { t_max, ..ray });
+        }
+        // Through one pixel.
+        for i in 0..2000 {
+            let dir = Vec3::new(0.1, 0.2, -1.0) + 1e-3 * rng.cube();
+            let origin = Vec3::new(0.0, 0.0, 2.0) + 1e-4 * (i % 2) as f32;
+            rays.push(Ray::new(origin, dir.normalize()));
+        }
+        for kernel in Kernel::available() {
+            let primitives = Primitives {
+                triangles: triangles.clone(),
+                spheres: vec![Sphere {
+                    center: Vec3::new(1.0, 0.0, 0.5),
+                    radius: 0.6,
+                }],
+                ..Primitives::default()
+            };
+            let geometry = Geometry::build_for(primitives, AccelKind::Bvh, kernel);
+            check_many(&geometry, &rays, |_| false);
+            check_many(&geometry, &rays, |id| id % 5 == 0);
         }
     }
 }

@@ -202,7 +202,13 @@ impl Scene {
     /// The nearest surface along each ray, in place of what `hits` held.
     pub fn intersect_all(&self, rays: &[Ray], hits: &mut Vec<Option<Hit>>) {
         hits.clear();
-        hits.extend(rays.iter().map(|ray| self.intersect(ray)));
+        hits.resize(rays.len(), None);
+        self.geometry.intersect_many(
+            rays.len(),
+            |i| rays[i],
+            |prim| self.material(prim).emits(),
+            |i, hit| hits[i] = hit,
+        );
     }
 
     /// Whether anything but primitive `except` lies within the ray's `t_max`.

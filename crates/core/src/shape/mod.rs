@@ -11,6 +11,7 @@ use glam::Vec3;
 
 pub use quad::Quad;
 pub use runs::TriangleRuns;
+pub(crate) use runs::{Apart, ShearedRays};
 pub use sphere::Sphere;
 pub use triangle::{ShearedRay, TriangleHit};
 

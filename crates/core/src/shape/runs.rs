@@ -24,31 +24,15 @@ impl TriangleRuns {
     /// Most triangles in a run.
     pub const MAX: usize = 8;
 
-    /// Lays out `runs` of given lengths, which follow each other; `triangle(i)` gives the i-th
-    /// triangle and its tag.
+    /// Lays out `count` triangles in `runs` of given lengths, which follow each other;
+    /// `triangle(i)` gives the i-th triangle and its tag.
     pub fn new(
-        runs: impl Iterator<Item = usize>,
-        triangle: impl Fn(usize) -> ([Vec3; 3], u32),
+        runs: &[u8],
+        count: usize,
+        triangle: impl Fn(usize) -> ([Vec3; 3], u32) + Sync,
     ) -> Self {
-        let mut words = Vec::new();
-        let mut first = 0;
-        for count in runs {
-            assert!(count <= Self::MAX, "a run of {count} triangles");
-            let base = words.len();
-            words.resize(base + count * WORDS, 0.0);
-            for lane in 0..count {
-                let (vertices, tag) = triangle(first + lane);
-                for (v, vertex) in vertices.iter().enumerate() {
-                    for axis in 0..3 {
-                        words[base + (3 * v + axis) * count + lane] = vertex[axis];
-                    }
-                }
-                words[base + 9 * count + lane] = f32::from_bits(tag);
-            }
-            first += count;
-        }
-        words.resize(words.len() + Self::MAX, 0.0);
-        words.shrink_to_fit();
+        let mut words = vec![0.0; count * WORDS + Self::MAX];
+        fill(&mut words, runs, 0, &triangle);
         Self { words }
     }
 
@@ -79,17 +63,37 @@ impl TriangleRuns {
         let a = run.shear::<L>(0, axes, ray.shear);
         let b = run.shear::<L>(1, axes, ray.shear);
         let c = run.shear::<L>(2, axes, ray.shear);
-        let (u, v, w) = (edge(b, c), edge(c, a), edge(a, b));
-        let zero = L::splat(0.0);
-        let disagree = u.min(v).min(w).lt(zero) & zero.lt(u.max(v).max(w));
-        // t is an average of the depths, to within its rounding.
-        let (nearest, farthest) = (a[2].min(b[2]).min(c[2]), a[2].max(b[2]).max(c[2]));
-        let beyond = L::splat(t_max).lt(nearest.mul(L::splat(1.0 - gamma(16))));
-        let behind = farthest.le(zero);
-        Candidates {
-            mask: !(disagree | beyond | behind) & ((1 << count) - 1),
-            vertices: [a, b, c],
+        Candidates::of([a, b, c], L::splat(t_max), (1 << count) - 1)
+    }
+
+    /// The rays of a group that might hit a triangle of a run, a bit for each.
+    #[inline(always)]
+    pub(crate) fn candidate_rays<L: Lanes>(
+        &self,
+        rays: &ShearedRays,
+        first: u32,
+        count: u32,
+        lane: u32,
+        t_max: &[f32; 8],
+    ) -> Candidates<L> {
+        let (count, lane) = (count as usize, lane as usize);
+        let run = &self.words[first as usize * WORDS..][..9 * count];
+        let at = |v: usize, axis: usize| L::splat(run[(3 * v + axis) * count + lane]);
+        let [x, y, z] = rays.axes;
+        let a = rays.shear::<L>(at(0, x), at(0, y), at(0, z));
+        let b = rays.shear::<L>(at(1, x), at(1, y), at(1, z));
+        let c = rays.shear::<L>(at(2, x), at(2, y), at(2, z));
+        Candidates::of([a, b, c], L::load(t_max), 0xff)
+    }
+
+    /// Asks for a run's memory.
+    #[inline(always)]
+    pub(crate) fn prefetch<L: Lanes>(&self, first: u32, count: u32) {
+        let (first, count) = (first as usize * WORDS, count as usize * WORDS);
+        for line in self.words[first..first + count].chunks(16) {
+            L::prefetch(&line[0]);
         }
+        L::prefetch(&self.words[first + count]);
     }
 
     /// The tag of a triangle of a run.
@@ -99,7 +103,88 @@ impl TriangleRuns {
     }
 }
 
-/// Triangles of a run that may be hit.
+/// So many runs are laid out by one thread.
+const SERIAL: usize = 4096;
+
+/// Lays out runs, the first of which begins with triangle `first`, from the start of `words`.
+fn fill(
+    words: &mut [f32],
+    runs: &[u8],
+    first: usize,
+    triangle: &(impl Fn(usize) -> ([Vec3; 3], u32) + Sync),
+) {
+    if runs.len() > SERIAL {
+        let (before, after) = runs.split_at(runs.len() / 2);
+        let count: usize = before.iter().map(|&n| usize::from(n)).sum();
+        let (words_before, words_after) = words.split_at_mut(count * WORDS);
+        rayon::join(
+            || fill(words_before, before, first, triangle),
+            || fill(words_after, after, first + count, triangle),
+        );
+        return;
+    }
+    let (mut rest, mut first) = (words, first);
+    for &count in runs {
+        let n = usize::from(count);
+        assert!(n <= TriangleRuns::MAX, "a run of {n} triangles");
+        let (run, after) = std::mem::take(&mut rest).split_at_mut(n * WORDS);
+        for lane in 0..n {
+            let (vertices, tag) = triangle(first + lane);
+            for (v, vertex) in vertices.iter().enumerate() {
+                for axis in 0..3 {
+                    run[(3 * v + axis) * n + lane] = vertex[axis];
+                }
+            }
+            run[9 * n + lane] = f32::from_bits(tag);
+        }
+        first += n;
+        rest = after;
+    }
+}
+
+/// Eight rays with the same longest axis, as [`ShearedRay`] is one.
+#[derive(Clone, Copy, Default)]
+pub(crate) struct ShearedRays {
+    axes: [usize; 3],
+    origin: [[f32; 8]; 3],
+    shear: [[f32; 8]; 3],
+}
+
+impl ShearedRays {
+    /// None if the longest axes differ.
+    #[inline(always)]
+    pub fn new(rays: &[ShearedRay; 8]) -> Option<Self> {
+        let mut group = Self {
+            axes: rays[0].axes,
+            ..Self::default()
+        };
+        for (i, ray) in rays.iter().enumerate() {
+            if ray.axes != group.axes {
+                return None;
+            }
+            for k in 0..3 {
+                group.origin[k][i] = ray.origin[ray.axes[k]];
+                group.shear[k][i] = ray.shear[k];
+            }
+        }
+        Some(group)
+    }
+
+    /// A vertex in each ray's coordinates, as by `ShearedRay::shear` operation by operation.
+    #[inline(always)]
+    fn shear<L: Lanes>(&self, x: L, y: L, z: L) -> [L; 3] {
+        let along = z.sub(L::load(&self.origin[2]));
+        [
+            x.sub(L::load(&self.origin[0]))
+                .sub(L::load(&self.shear[0]).mul(along)),
+            y.sub(L::load(&self.origin[1]))
+                .sub(L::load(&self.shear[1]).mul(along)),
+            L::load(&self.shear[2]).mul(along),
+        ]
+    }
+}
+
+/// Pairs of a ray and a triangle that may be a hit: a ray and triangles, or a triangle and rays.
 pub(crate) struct Candidates<L> {
     /// A bit for each.
     pub mask: u32,
@@ -108,7 +193,22 @@ pub(crate) struct Candidates<L> {
 }
 
 impl<L: Lanes> Candidates<L> {
-    /// The triangles one by one.
+    #[inline(always)]
+    fn of([a, b, c]: [[L; 3]; 3], t_max: L, all: u32) -> Self {
+        let (u, v, w) = (edge(b, c), edge(c, a), edge(a, b));
+        let zero = L::splat(0.0);
+        let disagree = u.min(v).min(w).lt(zero) & zero.lt(u.max(v).max(w));
+        // t is an average of the depths, to within its rounding.
+        let (nearest, farthest) = (a[2].min(b[2]).min(c[2]), a[2].max(b[2]).max(c[2]));
+        let beyond = t_max.lt(nearest.mul(L::splat(1.0 - gamma(16))));
+        let behind = farthest.le(zero);
+        Self {
+            mask: !(disagree | beyond | behind) & all,
+            vertices: [a, b, c],
+        }
+    }
+
+    /// The pairs one by one.
     #[inline(always)]
     pub fn apart(&self) -> Apart {
         let [a, b, c] = self.vertices;
@@ -120,7 +220,8 @@ impl<L: Lanes> Candidates<L> {
     }
 }
 
-/// Triangles of a run in the ray's coordinates: by vertex, axis and triangle.
+/// Triangles in rays' coordinates: by vertex, axis and pair.
+#[derive(Clone, Copy, Default)]
 pub(crate) struct Apart([[[f32; TriangleRuns::MAX]; 3]; 3]);
 
 impl Apart {
@@ -198,7 +299,9 @@ mod test {
         let mut state = 1;
         let mut point = || Vec3::from_array([0; 3].map(|_| number(&mut state)));
         let triangles: Vec<[Vec3; 3]> = (0..36).map(|_| [point(), point(), point()]).collect();
-        let runs = TriangleRuns::new(1..=8, |i| (triangles[i], i as u32 + 7));
+        let runs = TriangleRuns::new(&[1, 2, 3, 4, 5, 6, 7, 8], 36, |i| {
+            (triangles[i], i as u32 + 7)
+        });
         let (mut hits, mut candidates) = (0, 0);
         for _ in 0..20_000 {
             let ray = Ray::new(point() * 2.0, point().normalize_or(Vec3::Z));

@@ -82,6 +82,18 @@ pub(crate) trait Lanes: Copy {
     fn le(self, b: Self) -> u32;
     /// a < b
     fn lt(self, b: Self) -> u32;
+    /// Of the lanes with `enter` ≤ `exit`: writes `enter` (none negative, and possibly a few ulp
+    /// less) and what `links` says, by falling `enter`, and gives their number. What follows them
+    /// means nothing.
+    fn sort_hits(
+        enter: Self,
+        exit: Self,
+        links: &[u32; 8],
+        t: &mut [f32; 8],
+        sorted: &mut [u32; 8],
+    ) -> usize;
+    /// Asks for what will soon be read.
+    fn prefetch<T>(what: &T);
 }
 
 #[cfg(test)]
@@ -106,6 +118,20 @@ mod test {
         assert_eq!(x.lt(y), mask(|a, b| a < b));
         let nan = L::splat(f32::NAN);
         assert_eq!((nan.le(x), x.lt(nan)), (0, 0));
+        let enter = [5.0, 0.0, 7.0, 5.0, 3e-30, 1e30, 2.0, 9.0];
+        let exit = [6.0, 0.0, 6.0, 5.0, 4e-30, f32::INFINITY, 1.0, 9.0];
+        let links = [10, 11, 12, 13, 14, 15, 16, 17];
+        let (enter8, exit8) = (L::load(&enter), L::load(&exit));
+        let (mut t, mut sorted) = ([0.0; 8], [0; 8]);
+        let count = L::sort_hits(enter8, exit8, &links, &mut t, &mut sorted);
+        let links = sorted;
+        assert_eq!(count, 6);
+        for (t, link) in t.iter().zip(links).take(count) {
+            let exact = enter[link as usize - 10];
+            assert!(*t <= exact && *t >= exact * (1.0 - 1e-6), "{t} {exact}");
+        }
+        assert!(t[..count].is_sorted_by(|a, b| a >= b), "{t:?}");
+        assert_eq!((links[0], links[1], links[4], links[5]), (15, 17, 14, 11));
         let sum = L::splat(3.0).mul_add(L::splat(5.0), L::splat(-1.0));
         assert_eq!(sum.store(), [14.0; 8]);
     }

@@ -82,4 +82,29 @@ impl Lanes for Portable {
     fn lt(self, b: Self) -> u32 {
         self.mask(b, |a, b| a < b)
     }
+
+    #[inline(always)]
+    fn sort_hits(
+        enter: Self,
+        exit: Self,
+        links: &[u32; 8],
+        t: &mut [f32; 8],
+        sorted: &mut [u32; 8],
+    ) -> usize {
+        let mut count = 0;
+        let hits = enter.0.iter().zip(&exit.0).zip(links);
+        for ((&enter, _), &link) in hits.filter(|((enter, exit), _)| enter <= exit) {
+            let mut at = count;
+            while at > 0 && t[at - 1] < enter {
+                (t[at], sorted[at]) = (t[at - 1], sorted[at - 1]);
+                at -= 1;
+            }
+            (t[at], sorted[at]) = (enter, link);
+            count += 1;
+        }
+        count
+    }
+
+    #[inline(always)]
+    fn prefetch<T>(_: &T) {}
 }

@@ -10,15 +10,25 @@ use lightbox_core::AccelKind;
 use lightbox_core::geometry::{Geometry, Primitives};
 use lightbox_core::math::Ray;
 use lightbox_core::simd::Kernel;
+use rayon::prelude::*;
 
 /// Mode names, parted by blanks, in the order of [`MODES`].
-const NAMES: &CStr = c"lightbox-bvh lightbox-bvh-portable lightbox-kdtree";
+const NAMES: &CStr = c"lightbox-bvh lightbox-bvh-many lightbox-bvh-portable lightbox-bvh-portable-many lightbox-kdtree";
 
-const MODES: [(AccelKind, bool); 3] = [
-    (AccelKind::Bvh, false),
-    (AccelKind::Bvh, true),
-    (AccelKind::KdTree, false),
+/// The accelerator, whether on the portable kernel, whether many rays in one call.
+const MODES: [(AccelKind, bool, bool); 5] = [
+    (AccelKind::Bvh, false, false),
+    (AccelKind::Bvh, false, true),
+    (AccelKind::Bvh, true, false),
+    (AccelKind::Bvh, true, true),
+    (AccelKind::KdTree, false, false),
 ];
+
+/// A mesh as one of the modes casts rays at it.
+pub struct Built {
+    geometry: Geometry,
+    many: bool,
+}
 
 /// A ray as the caller stores it.
 #[repr(C)]
@@ -58,7 +68,7 @@ pub unsafe extern "C" fn rays_build(
     triangles: u32,
     threads: u32,
     bytes: *mut u64,
-) -> *mut Geometry {
+) -> *mut Built {
     // SAFETY: the caller's promise.
     let (xyz, abc, bytes) = unsafe {
         (
@@ -67,16 +77,20 @@ pub unsafe extern "C" fn rays_build(
             &mut *bytes,
         )
     };
-    let (accel, portable) = MODES[mode as usize];
-    let kernel = if portable { Kernel::Portable } else { Kernel::detect() };
-    let primitives = Primitives {
-        triangles: abc
-            .iter()
-            .map(|t| t.map(|i| Vec3::from_array(xyz[i as usize])))
-            .collect(),
-        ..Primitives::default()
+    let (accel, portable, many) = MODES[mode as usize];
+    let kernel = if portable {
+        Kernel::Portable
+    } else {
+        Kernel::detect()
     };
-    let build = || Geometry::build_for(primitives, accel, kernel);
+    let build = || {
+        let corner = |i: u32| Vec3::from_array(xyz[i as usize]);
+        let primitives = Primitives {
+            triangles: abc.par_iter().map(|t| t.map(corner)).collect(),
+            ..Primitives::default()
+        };
+        Geometry::build_for(primitives, accel, kernel)
+    };
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads as usize)
         .build();
@@ -86,7 +100,7 @@ pub unsafe extern "C" fn rays_build(
     };
     let triangles = &geometry.primitives().triangles;
     *bytes = (geometry.accel_bytes() + size_of_val(&triangles[..])) as u64;
-    Box::into_raw(Box::new(geometry))
+    Box::into_raw(Box::new(Built { geometry, many }))
 }
 
 /// The nearest hit of each ray.
@@ -95,7 +109,7 @@ pub unsafe extern "C" fn rays_build(
 /// `geometry` must come from [`rays_build`], and the arrays must hold `count` entries.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn rays_closest(
-    geometry: *const Geometry,
+    geometry: *const Built,
     rays: *const RawRay,
     count: u64,
     t: *mut f32,
@@ -110,6 +124,18 @@ pub unsafe extern "C" fn rays_closest(
             std::slice::from_raw_parts_mut(prim, count as usize),
         )
     };
+    let Built { geometry, many } = geometry;
+    if *many {
+        geometry.intersect_many(
+            rays.len(),
+            |i| rays[i].ray(),
+            |_| false,
+            |i, hit| {
+                (t[i], prim[i]) = hit.map_or((f32::INFINITY, u32::MAX), |h| (h.t, h.prim));
+            },
+        );
+        return;
+    }
     for ((ray, t), prim) in rays.iter().zip(t).zip(prim) {
         let hit = geometry.intersect(&ray.ray(), |_| false);
         (*t, *prim) = hit.map_or((f32::INFINITY, u32::MAX), |h| (h.t, h.prim));
@@ -122,7 +148,7 @@ pub unsafe extern "C" fn rays_closest(
 /// As for [`rays_closest`].
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn rays_any(
-    geometry: *const Geometry,
+    geometry: *const Built,
     rays: *const RawRay,
     count: u64,
     hit: *mut u8,
@@ -135,6 +161,15 @@ pub unsafe extern "C" fn rays_any(
             std::slice::from_raw_parts_mut(hit, count as usize),
         )
     };
+    let Built { geometry, many } = geometry;
+    if *many {
+        geometry.occluded_many(
+            rays.len(),
+            |i| (rays[i].ray(), u32::MAX),
+            |i, shaded| hit[i] = u8::from(shaded),
+        );
+        return;
+    }
     for (ray, hit) in rays.iter().zip(hit) {
         *hit = u8::from(geometry.occluded(&ray.ray(), u32::MAX));
     }
@@ -145,7 +180,7 @@ pub unsafe extern "C" fn rays_any(
 /// # Safety
 /// `geometry` must come from [`rays_build`] and not be used again.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn rays_free(geometry: *mut Geometry) {
+pub unsafe extern "C" fn rays_free(geometry: *mut Built) {
     // SAFETY: the caller's promise.
     drop(unsafe { Box::from_raw(geometry) });
 }

@@ -5,6 +5,7 @@
 //! made by one of them.
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use super::node::{Link, MAX_PRIMITIVES, Node, WIDTH};
 use super::split::{Box4, Ref, Split};
@@ -18,6 +19,10 @@ const SERIAL: usize = 4096;
 /// [`MAX_DEPTH`]: each level then divides by four at least.
 const HALVE_FROM: usize = MAX_DEPTH - 14;
 
+/// Cost of visiting a leaf, and of each primitive in it, in the same unit.
+const LEAF_COST: f32 = 1.0;
+const PRIMITIVE_COST: f32 = 0.3;
+
 /// A tree, and the order in which it wants its primitives.
 #[derive(Debug)]
 pub struct Built {
@@ -30,22 +35,21 @@ pub struct Built {
 }
 
 impl Bvh {
-    /// Builds the tree over primitives 0, 1, … with boxes `bounds`; the same tree at any number
-    /// of threads. Primitives with an empty box are left out.
+    /// Builds the tree over primitives 0 to `count` − 1 with boxes `bounds(id)`; the same tree at
+    /// any number of threads. Primitives with an empty box are left out.
     ///
     /// # Panics
     /// With 2²⁸ primitives or more.
-    pub fn build(bounds: &[Aabb]) -> Built {
+    pub fn build(count: usize, bounds: impl Fn(u32) -> Aabb + Sync) -> Built {
         assert!(
-            bounds.len() < MAX_PRIMITIVES,
-            "bvh: {} primitives are too many",
-            bounds.len()
+            count < MAX_PRIMITIVES,
+            "bvh: {count} primitives are too many"
         );
-        let mut refs: Vec<Ref> = (0..)
-            .zip(bounds)
-            .filter(|(_, b)| !b.is_empty())
-            .map(|(id, b)| Ref::new(b, id))
+        let mut refs: Vec<Ref> = (0..count as u32)
+            .into_par_iter()
+            .map(|id| Ref::new(&bounds(id), id))
             .collect();
+        refs.retain(|r| !r.is_empty());
         let whole = Part::new(&mut refs);
         let bounds = whole.bounds.aabb();
         let center = bounds.center();
@@ -77,7 +81,7 @@ struct Subtree {
 
 impl Subtree {
     /// Puts another subtree behind, and gives by how much its links moved.
-    fn append(&mut self, other: &Self) -> (u32, u32) {
+    fn append(&mut self, other: Self) -> (u32, u32) {
         let by = (self.nodes.len() as u32, self.order.len() as u32);
         let moved = other.nodes.iter().map(|node| node.moved(by.0, by.1));
         self.nodes.extend(moved);
@@ -91,7 +95,10 @@ impl Subtree {
 struct Part<'a> {
     refs: &'a mut [Ref],
     bounds: Box4,
+    half_area: f32,
     split: Option<Split>,
+    /// Whether two parts are expected to cost less than one, if the node has room.
+    divides: bool,
 }
 
 impl<'a> Part<'a> {
@@ -102,24 +109,20 @@ impl<'a> Part<'a> {
 
     fn with_bounds(refs: &'a mut [Ref], bounds: Box4, centers: Box4) -> Self {
         let split = Split::best(refs, &centers);
+        let half_area = bounds.half_area();
+        let leaf = |area: f32, count: usize| area * (LEAF_COST + PRIMITIVE_COST * count as f32);
+        let divides = refs.len() > MAX_LEAF
+            || split.as_ref().is_some_and(|split| {
+                let side = |i: usize| leaf(split.bounds[i].half_area(), split.counts[i] as usize);
+                side(0) + side(1) < leaf(half_area, refs.len())
+            });
         Self {
             refs,
             bounds,
+            half_area,
             split,
+            divides,
         }
-    }
-
-    /// Whether two parts are expected to cost less than one, if the node has room.
-    fn gains(&self) -> bool {
-        if self.refs.len() > MAX_LEAF {
-            return true;
-        }
-        self.split.as_ref().is_some_and(|split| {
-            let leaf = |count: usize| LEAF_COST + TRIANGLE_COST * count as f64;
-            let [below, above] = split.counts.map(|n| leaf(n as usize));
-            split.areas[0] * below + split.areas[1] * above
-                < self.bounds.half_area() * leaf(self.refs.len())
-        })
     }
 
     /// Divides by the best split, or by number where there is none.
@@ -139,62 +142,61 @@ impl<'a> Part<'a> {
     }
 }
 
-/// Cost of visiting a leaf, and of each primitive in it, in the same unit.
-const LEAF_COST: f64 = 1.0;
-const TRIANGLE_COST: f64 = 0.3;
-
 /// Makes a node of a part and appends all below it to `out`.
 fn grow(part: Part<'_>, depth: usize, center: Vec3, out: &mut Subtree) -> Node {
     let halve = depth >= HALVE_FROM;
-    let mut parts = Vec::with_capacity(WIDTH);
-    parts.push(part);
-    while parts.len() < WIDTH {
-        let size = |p: &Part<'_>| {
-            if halve {
-                p.refs.len() as f64
-            } else {
-                p.bounds.half_area()
-            }
-        };
-        let mut largest: Option<(f64, usize)> = None;
-        for (i, part) in parts.iter().enumerate() {
-            if part.refs.len() > 1 && part.gains() && largest.is_none_or(|(s, _)| size(part) > s) {
-                largest = Some((size(part), i));
+    let mut parts = [const { None }; WIDTH];
+    parts[0] = Some(part);
+    let mut count = 1;
+    while count < WIDTH {
+        // The largest; of equals the one with the most in it.
+        let mut largest: Option<((f32, usize), usize)> = None;
+        for (i, part) in parts.iter().flatten().enumerate() {
+            let area = if halve { 0.0 } else { part.half_area };
+            let size = (area, part.refs.len());
+            if part.divides && largest.is_none_or(|(s, _)| size > s) {
+                largest = Some((size, i));
             }
         }
-        let Some((_, i)) = largest else {
+        let Some((i, part)) = largest.and_then(|(_, i)| Some((i, parts[i].take()?))) else {
             break;
         };
-        let [below, above] = parts.swap_remove(i).divide(halve);
-        parts.extend([below, above]);
+        let [below, above] = part.divide(halve);
+        (parts[i], parts[count]) = (Some(below), Some(above));
+        count += 1;
     }
-    let boxes: [Aabb; WIDTH] = std::array::from_fn(|i| match parts.get(i) {
-        Some(part) => part.bounds.aabb(),
-        None => Aabb::EMPTY,
-    });
-    let mut node = Node::new(&boxes[..parts.len()], center);
+    let mut boxes = [Aabb::EMPTY; WIDTH];
+    for (to, part) in boxes.iter_mut().zip(parts.iter().flatten()) {
+        *to = part.bounds.aabb();
+    }
+    let mut node = Node::new(&boxes[..count], center);
     // Leaves of a node lie together, and so do its inner children.
-    let mut inner = Vec::with_capacity(WIDTH);
-    for (i, part) in parts.into_iter().enumerate() {
-        if part.refs.len() > MAX_LEAF {
-            node.children[i] = Link((out.nodes.len() + inner.len()) as u32);
-            inner.push(part);
-        } else {
-            node.children[i] = Link::to_leaf(out.order.len(), part.refs.len());
-            out.order.extend(part.refs.iter().map(Ref::id));
-            out.runs.push(part.refs.len() as u8);
-        }
-    }
     let first = out.nodes.len();
-    out.nodes.resize(first + inner.len(), Node::EMPTY);
-    let total: usize = inner.iter().map(|p| p.refs.len()).sum();
-    if total <= SERIAL {
-        for (i, part) in inner.into_iter().enumerate() {
+    let (mut inner, mut below) = (0, 0);
+    for (i, slot) in parts.iter_mut().enumerate().take(count) {
+        let Some(part) = slot else {
+            continue;
+        };
+        if part.refs.len() > MAX_LEAF {
+            node.children[i] = (first + inner) as u32;
+            inner += 1;
+            below += part.refs.len();
+            continue;
+        }
+        node.children[i] = Link::to_leaf(out.order.len(), part.refs.len()).0;
+        out.order.extend(part.refs.iter().map(Ref::id));
+        out.runs.push(part.refs.len() as u8);
+        *slot = None;
+    }
+    out.nodes.resize(first + inner, Node::EMPTY);
+    let inner = parts.into_iter().flatten();
+    if below <= SERIAL {
+        for (i, part) in inner.enumerate() {
             out.nodes[first + i] = grow(part, depth + 1, center, out);
         }
         return node;
     }
-    use rayon::prelude::*;
+    let inner: Vec<Part<'_>> = inner.collect();
     let subtrees: Vec<(Node, Subtree)> = inner
         .into_par_iter()
         .map(|part| {
@@ -202,7 +204,7 @@ fn grow(part: Part<'_>, depth: usize, center: Vec3, out: &mut Subtree) -> Node {
             (grow(part, depth + 1, center, &mut below), below)
         })
         .collect();
-    for (i, (root, below)) in subtrees.iter().enumerate() {
+    for (i, (root, below)) in subtrees.into_iter().enumerate() {
         let by = out.append(below);
         out.nodes[first + i] = root.moved(by.0, by.1);
     }

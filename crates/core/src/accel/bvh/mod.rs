@@ -4,7 +4,9 @@
 
 mod build;
 mod node;
+mod packet;
 mod split;
+mod stream;
 mod walk;
 
 #[cfg(test)]
@@ -17,6 +19,8 @@ use crate::math::Aabb;
 use node::{Link, Node, WIDTH};
 
 pub use build::Built;
+pub(crate) use packet::Packet;
+pub(crate) use stream::{SLOTS, Stream};
 pub(crate) use walk::Leaves;
 
 /// Greatest number of inner nodes on a path from the root.
@@ -89,7 +93,7 @@ impl Bvh {
                     min: corner(0),
                     max: corner(1),
                 };
-                pending.push((node.children[i], bounds, depth + 1));
+                pending.push((Link(node.children[i]), bounds, depth + 1));
             }
         }
     }

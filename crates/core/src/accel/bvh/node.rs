@@ -15,7 +15,8 @@ pub(super) struct Node {
     /// By axis: the lower planes of all children, the upper planes. A child that there is not
     /// has an empty box.
     pub planes: [[[f32; WIDTH]; 2]; 3],
-    pub children: [Link; WIDTH],
+    /// By child: its [`Link`].
+    pub children: [u32; WIDTH],
 }
 
 /// What a child is: an inner node, or a leaf.
@@ -55,7 +56,7 @@ impl Node {
     /// A node without children.
     pub const EMPTY: Self = Self {
         planes: [[[f32::INFINITY; WIDTH], [f32::NEG_INFINITY; WIDTH]]; 3],
-        children: [Link::ROOT; WIDTH],
+        children: [0; WIDTH],
     };
 
     /// A node with the given children's boxes and no links yet.
@@ -90,7 +91,7 @@ impl Node {
             if !self.has(i) {
                 break;
             }
-            self.children[i].0 += match self.children[i].inner() {
+            self.children[i] += match Link(self.children[i]).inner() {
                 Some(_) => nodes,
                 None => primitives << 3,
             };

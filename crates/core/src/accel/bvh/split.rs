@@ -1,7 +1,8 @@
 //! Dividing primitives in two: the best of a few planes by the surface-area heuristic (Wald 2007,
 //! On fast construction of SAH-based bounding volume hierarchies).
 
-use glam::{Vec3, Vec4, Vec4Swizzles};
+use glam::{Vec4, Vec4Swizzles};
+use rayon::prelude::*;
 
 use crate::math::Aabb;
 
@@ -13,7 +14,7 @@ pub(super) struct Box4 {
 }
 
 impl Box4 {
-    const EMPTY: Self = Self {
+    pub const EMPTY: Self = Self {
         lo: Vec4::INFINITY,
         hi: Vec4::NEG_INFINITY,
     };
@@ -31,10 +32,9 @@ impl Box4 {
         (self.lo, self.hi) = (self.lo.min(p), self.hi.max(p));
     }
 
-    /// In f64, in which the squares of all f32 have room.
     #[inline(always)]
-    pub fn half_area(&self) -> f64 {
-        let e = (self.hi - self.lo).xyz().as_dvec3();
+    pub fn half_area(&self) -> f32 {
+        let e = self.hi - self.lo;
         e.x * e.y + e.y * e.z + e.z * e.x
     }
 
@@ -63,6 +63,11 @@ impl Ref {
         self.0.lo.w.to_bits()
     }
 
+    /// Whether the box holds no point.
+    pub fn is_empty(&self) -> bool {
+        !(self.0.lo.xyz().cmple(self.0.hi.xyz()).all())
+    }
+
     /// Twice the centre.
     #[inline(always)]
     fn center(&self) -> Vec4 {
@@ -83,19 +88,20 @@ impl Ref {
 /// Most bins per axis.
 const BINS: usize = 16;
 
+/// So many primitives are put into bins by several threads.
+const PARALLEL: usize = 1 << 16;
+
 /// A plane among centres.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Split {
     grid: Grid,
     axis: usize,
     /// Bins from this one on are above.
-    bin: i32,
+    bin: usize,
     /// Below and above: number of primitives.
     pub counts: [u32; 2],
     /// Their box.
     pub bounds: [Box4; 2],
-    /// Its half area.
-    pub areas: [f64; 2],
 }
 
 /// Bins over the box of the centres.
@@ -103,18 +109,15 @@ pub(super) struct Split {
 struct Grid {
     origin: Vec4,
     bins_per_unit: Vec4,
-    bins: usize,
 }
 
-impl Grid {
-    /// A primitive's bin on each axis, from 0 to below `bins`.
-    #[inline(always)]
-    fn bins_of(&self, r: &Ref) -> [usize; 3] {
-        let at = (r.center() - self.origin) * self.bins_per_unit;
-        // Clamped as numbers: what is NaN becomes 0.
-        let last = self.bins as i32 - 1;
-        [at.x, at.y, at.z].map(|x| (x as i32).clamp(0, last) as usize)
-    }
+/// Added to a number below 2²³, it leaves the nearest whole number in the lowest bits.
+const TO_WHOLE: f32 = (1 << 23) as f32;
+
+/// A primitive's bin on an axis, of whatever is no number a bin all the same.
+#[inline(always)]
+fn bin_at(sum: f32) -> usize {
+    sum.to_bits() as usize % BINS
 }
 
 #[derive(Clone, Copy)]
@@ -123,104 +126,135 @@ struct Bin {
     count: u32,
 }
 
-impl Split {
-    /// The split of least cost; none if all centres are in one place.
-    pub fn best(refs: &[Ref], centers: &Box4) -> Option<Self> {
-        if refs.len() < 2 {
-            return None;
-        }
-        let bins = if refs.len() >= 64 { BINS } else { BINS / 2 };
-        let extent = centers.hi - centers.lo;
-        let per_unit = |e: f32| {
-            if e > 0.0 {
-                bins as f32 * 0.9999 / e
-            } else {
-                0.0
-            }
-        };
-        let grid = Grid {
+impl Bin {
+    const EMPTY: Self = Self {
+        bounds: Box4::EMPTY,
+        count: 0,
+    };
+
+    #[inline(always)]
+    fn join(&mut self, other: &Self) {
+        self.bounds = self.bounds.union(&other.bounds);
+        self.count += other.count;
+    }
+}
+
+/// The bins of all axes.
+type Table = [[Bin; BINS]; 3];
+
+impl Grid {
+    fn new(centers: &Box4, bins: usize) -> Self {
+        let per_unit = |e: f32| if e > 0.0 { (bins - 1) as f32 / e } else { 0.0 };
+        let e = centers.hi - centers.lo;
+        Self {
             origin: centers.lo,
-            bins_per_unit: Vec3::new(per_unit(extent.x), per_unit(extent.y), per_unit(extent.z))
-                .extend(0.0),
-            bins,
-        };
-        const EMPTY: Bin = Bin {
-            bounds: Box4::EMPTY,
-            count: 0,
-        };
-        let mut table = [[EMPTY; BINS]; 3];
+            bins_per_unit: Vec4::new(per_unit(e.x), per_unit(e.y), per_unit(e.z), 0.0),
+        }
+    }
+
+    /// Puts primitives into the bins.
+    #[inline(always)]
+    fn fill(&self, refs: &[Ref], table: &mut Table) {
         for r in refs {
-            let at = grid.bins_of(r);
-            for axis in 0..3 {
-                let bin = &mut table[axis][at[axis] & (BINS - 1)];
+            let at = (r.center() - self.origin) * self.bins_per_unit + Vec4::splat(TO_WHOLE);
+            for (row, at) in table.iter_mut().zip([at.x, at.y, at.z]) {
+                let bin = &mut row[bin_at(at)];
                 bin.bounds = bin.bounds.union(&r.0);
                 bin.count += 1;
             }
         }
-        let mut best: Option<Self> = None;
-        let mut least = f64::INFINITY;
-        for (axis, row) in table.iter().enumerate() {
-            if !(extent[axis] > 0.0) {
-                continue;
-            }
-            // What is above each plane, from the last to the first.
-            let mut above = [EMPTY; BINS];
-            let mut all = EMPTY;
-            for i in (1..bins).rev() {
-                all.bounds = all.bounds.union(&row[i].bounds);
-                all.count += row[i].count;
-                above[i] = all;
-            }
-            let mut below = EMPTY;
-            for i in 1..bins {
-                below.bounds = below.bounds.union(&row[i - 1].bounds);
-                below.count += row[i - 1].count;
-                if below.count == 0 || above[i].count == 0 {
-                    continue;
+    }
+}
+
+impl Split {
+    /// The split of least cost; none if all centres are in one place.
+    pub fn best(refs: &[Ref], centers: &Box4) -> Option<Self> {
+        let bins = match refs.len() {
+            0 | 1 => return None,
+            2..4 => 4,
+            4..32 => 8,
+            _ => BINS,
+        };
+        let grid = Grid::new(centers, bins);
+        let mut table = [[Bin::EMPTY; BINS]; 3];
+        if refs.len() < PARALLEL {
+            grid.fill(refs, &mut table);
+        } else {
+            // Unions and sums do not depend on the order.
+            let tables = refs.par_chunks(PARALLEL / 4).map(|refs| {
+                let mut table = [[Bin::EMPTY; BINS]; 3];
+                grid.fill(refs, &mut table);
+                table
+            });
+            let join = |mut a: Table, b: Table| {
+                for (a, b) in a.iter_mut().flatten().zip(b.iter().flatten()) {
+                    a.join(b);
                 }
-                let sides = [below, above[i]];
-                let areas = sides.map(|s| s.bounds.half_area());
-                let cost = areas[0] * f64::from(below.count) + areas[1] * f64::from(above[i].count);
-                if cost < least {
-                    least = cost;
-                    best = Some(Self {
-                        grid,
-                        axis,
-                        bin: i as i32,
-                        counts: sides.map(|s| s.count),
-                        bounds: sides.map(|s| s.bounds),
-                        areas,
-                    });
+                a
+            };
+            table = tables.reduce(|| [[Bin::EMPTY; BINS]; 3], join);
+        }
+        let mut best: Option<(f32, usize, usize)> = None;
+        for (axis, row) in table.iter().enumerate() {
+            // What is above each plane, from the last to the first: Σ area · primitives.
+            let mut above = [(0.0, 0); BINS];
+            let mut all = Bin::EMPTY;
+            for i in (1..bins).rev() {
+                all.join(&row[i]);
+                above[i] = (all.bounds.half_area() * all.count as f32, all.count);
+            }
+            let mut below = Bin::EMPTY;
+            for i in 1..bins {
+                below.join(&row[i - 1]);
+                let cost = below.bounds.half_area() * below.count as f32 + above[i].0;
+                if below.count > 0 && above[i].1 > 0 && best.is_none_or(|(c, ..)| cost < c) {
+                    best = Some((cost, axis, i));
                 }
             }
         }
-        best
+        let (_, axis, bin) = best?;
+        let side = |bins: &[Bin]| {
+            let mut all = Bin::EMPTY;
+            bins.iter().for_each(|bin| all.join(bin));
+            all
+        };
+        let sides = [side(&table[axis][..bin]), side(&table[axis][bin..bins])];
+        Some(Self {
+            grid,
+            axis,
+            bin,
+            counts: sides.map(|side| side.count),
+            bounds: sides.map(|side| side.bounds),
+        })
     }
 
     /// Moves what is below to the front, and gives its number and the boxes of both sides'
     /// centres.
     pub fn partition(&self, refs: &mut [Ref]) -> (usize, [Box4; 2]) {
         let mut centers = [Box4::EMPTY; 2];
-        let (mut begin, mut end) = (0, refs.len());
-        let mut is_below = |r: &Ref| {
-            let below = (self.grid.bins_of(r)[self.axis] as i32) < self.bin;
-            centers[usize::from(!below)].add_point(r.center());
-            below
+        let (origin, per_unit) = (
+            self.grid.origin[self.axis],
+            self.grid.bins_per_unit[self.axis],
+        );
+        let is_below = |r: &Ref| {
+            let at = (r.center()[self.axis] - origin) * per_unit + TO_WHOLE;
+            bin_at(at) < self.bin
         };
+        let (mut begin, mut end) = (0, refs.len());
         loop {
             while begin < end && is_below(&refs[begin]) {
+                centers[0].add_point(refs[begin].center());
                 begin += 1;
             }
             while begin < end && !is_below(&refs[end - 1]) {
+                centers[1].add_point(refs[end - 1].center());
                 end -= 1;
             }
             // Both stopped: at one that is above, and at one that is below.
             if begin >= end {
                 return (begin, centers);
             }
-            end -= 1;
-            refs.swap(begin, end);
-            begin += 1;
+            refs.swap(begin, end - 1);
         }
     }
 }

@@ -11,7 +11,7 @@ use crate::math::Ray;
 use crate::simd::Lanes;
 
 /// Each node on a path leaves all its children but one on the stack.
-const STACK: usize = MAX_DEPTH * (WIDTH - 1) + 1;
+pub(super) const STACK: usize = MAX_DEPTH * (WIDTH - 1) + 1;
 
 /// A link and the distance at which its box begins, never negative, so that numbers compare as
 /// distances do.
@@ -59,7 +59,7 @@ fn entry_at(stack: &[MaybeUninit<Entry>; STACK], at: usize) -> Entry {
 impl Bvh {
     /// An inner node by a link.
     #[inline(always)]
-    fn node(&self, index: u32) -> &Node {
+    pub(super) fn node(&self, index: u32) -> &Node {
         #[expect(unsafe_code, reason = "the walk is bound by what it executes per node")]
         // SAFETY: the build makes links to nodes that there are, and nothing changes them.
         unsafe {
@@ -81,15 +81,25 @@ impl Bvh {
         if self.nodes.is_empty() {
             return;
         }
-        let slopes = Slopes::<L>::new(&beam, self.center);
-        let mut t_max = ray.t_max;
+        self.walk_along::<L>(&Slopes::new(&beam, self.center), ray.t_max, leaves);
+    }
+
+    /// Visits the leaves that `rays` meet, one ray or several. There must be a node.
+    #[inline(always)]
+    pub(super) fn walk_along<L: Lanes>(
+        &self,
+        rays: &impl Meet,
+        mut t_max: f32,
+        leaves: &mut impl Leaves,
+    ) {
         let mut stack = [const { MaybeUninit::<Entry>::uninit() }; STACK];
         let mut height = 0;
         let mut link = Link::ROOT;
         loop {
             if let Some(index) = link.inner() {
                 let node = self.node(index);
-                let (mut mask, t) = node.meet::<L>(&slopes, t_max);
+                let (enter, exit) = rays.meet::<L>(node, t_max);
+                let (mut mask, t) = (enter.le(exit), enter.store());
                 if mask != 0 {
                     let nearest = node.take(&mut mask, &t);
                     if mask == 0 {
@@ -142,34 +152,53 @@ impl Bvh {
     }
 }
 
-/// The ray against boxes relative to the tree's centre: they are met at
-/// plane · inv_dir − start, widened.
-struct Slopes<L> {
-    inv_dir: [L; 3],
-    /// For the planes that are nearer, and for those that are farther.
-    start: [[L; 2]; 3],
-    /// Which planes are nearer.
-    near: [usize; 3],
+/// What meets boxes.
+pub(super) trait Meet {
+    /// Where each child's box is entered, but not before the start, and where it is left, but not
+    /// after `t_max`; a box is met unless it is entered after it is left.
+    fn meet<L: Lanes>(&self, node: &Node, t_max: f32) -> (L, L);
 }
 
-impl<L: Lanes> Slopes<L> {
+/// A ray against boxes relative to the tree's centre: on each axis they are met at
+/// plane · inv_dir + start, widened.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Slopes {
+    inv_dir: [f32; 3],
+    /// For the planes that are nearer, and for those that are farther.
+    first: [f32; 3],
+    last: [f32; 3],
+    /// 0 if the lower planes are nearer, 1 if the upper ones are.
+    near: [u32; 3],
+}
+
+impl Slopes {
     #[inline(always)]
-    fn new(beam: &Beam, center: Vec3) -> Self {
+    pub fn new(beam: &Beam, center: Vec3) -> Self {
         let start = (center - beam.origin) * beam.inv_dir;
-        let (near, far) = (start - beam.pad, start + beam.pad);
         Self {
-            inv_dir: [
-                L::splat(beam.inv_dir.x),
-                L::splat(beam.inv_dir.y),
-                L::splat(beam.inv_dir.z),
-            ],
-            start: [
-                [L::splat(near.x), L::splat(far.x)],
-                [L::splat(near.y), L::splat(far.y)],
-                [L::splat(near.z), L::splat(far.z)],
-            ],
-            near: [0, 1, 2].map(|axis| beam.near(axis) as usize),
+            inv_dir: beam.inv_dir.to_array(),
+            first: (start - beam.pad).to_array(),
+            last: (start + beam.pad).to_array(),
+            near: [beam.near(0), beam.near(1), beam.near(2)],
         }
+    }
+}
+
+impl Meet for Slopes {
+    #[inline(always)]
+    fn meet<L: Lanes>(&self, node: &Node, t_max: f32) -> (L, L) {
+        let (mut enter, mut exit) = (L::splat(0.0), L::splat(t_max));
+        for axis in 0..3 {
+            let near = self.near[axis] as usize & 1;
+            let (near, far) = (
+                L::load(&node.planes[axis][near]),
+                L::load(&node.planes[axis][near ^ 1]),
+            );
+            let inv_dir = L::splat(self.inv_dir[axis]);
+            enter = enter.max(near.mul_add(inv_dir, L::splat(self.first[axis])));
+            exit = exit.min(far.mul_add(inv_dir, L::splat(self.last[axis])));
+        }
+        (enter, exit)
     }
 }
 
@@ -179,24 +208,6 @@ impl Node {
     fn take(&self, mask: &mut u32, t: &[f32; WIDTH]) -> Entry {
         let i = mask.trailing_zeros() as usize & (WIDTH - 1);
         *mask &= *mask - 1;
-        Entry::new(t[i], self.children[i])
-    }
-
-    /// The children whose boxes the beam meets before `t_max`, a bit for each, and where it
-    /// enters them.
-    #[inline(always)]
-    fn meet<L: Lanes>(&self, slopes: &Slopes<L>, t_max: f32) -> (u32, [f32; WIDTH]) {
-        let (mut enter, mut exit) = (L::splat(0.0), L::splat(t_max));
-        for axis in 0..3 {
-            let near = slopes.near[axis] & 1;
-            let (near, far) = (
-                L::load(&self.planes[axis][near]),
-                L::load(&self.planes[axis][near ^ 1]),
-            );
-            let [first, last] = slopes.start[axis];
-            enter = enter.max(near.mul_add(slopes.inv_dir[axis], first));
-            exit = exit.min(far.mul_add(slopes.inv_dir[axis], last));
-        }
-        (enter.le(exit), enter.store())
+        Entry::new(t[i], Link(self.children[i]))
     }
 }

@@ -155,7 +155,7 @@ pub fn build(triangles: &[Triangle]) -> Vec<Walker> {
     let bounds: Vec<Aabb> = triangles.iter().map(|t| Aabb::of_points(*t)).collect();
     let kd = kdtree::test::build(triangles);
     let bvh = Kernel::available().into_iter().map(|kernel| {
-        let built = Bvh::build(&bounds);
+        let built = Bvh::build(bounds.len(), |id| bounds[id as usize]);
         bvh::test::validate(&built, &bounds);
         Walker::Bvh(built, kernel)
     });
