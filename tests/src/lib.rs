@@ -1,20 +1,11 @@
-//! The headless harness: scenes from text, radiance through a single pixel, statistics.
-//!
-//! Statistical tests have fixed seeds, so they are deterministic: green stays green until the
-//! code or a seed changes. The chance of a false alarm, which matters only then, is
-//! [`FAMILY_ALPHA`] over all of them together (Šidák's correction over [`FAMILY_SIZE`]).
-
-pub mod stats;
+//! The headless harness: shipped scenes and pictures of them.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use glam::Vec3;
 use lightbox_core::scene::{Source, load};
 use lightbox_core::{Film, Image, RenderSettings, Scene, View};
-
-pub use stats::{FAMILY_ALPHA, FAMILY_SIZE, Replicates};
 
 /// The folder of the shipped scenes.
 pub fn scenes_folder() -> PathBuf {
@@ -37,15 +28,6 @@ pub fn shipped(name: &str) -> Source {
     load(&scenes_folder().join(name).with_extension("toml")).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// Builds a scene from TOML text.
-pub fn scene(text: &str) -> Scene {
-    let path = scenes_folder().join("in-a-test.toml");
-    let desc = lightbox_core::scene::parse(text, &path).unwrap_or_else(|e| panic!("{e}"));
-    Source::from_desc(desc, &path)
-        .build(&|_| ())
-        .unwrap_or_else(|e| panic!("{e}"))
-}
-
 /// A view of a scene as its description wants it, with changed settings.
 pub fn view(scene: &Arc<Scene>, change: impl FnOnce(&mut RenderSettings)) -> View {
     let mut settings = scene.desc().render;
@@ -63,31 +45,6 @@ pub fn film(view: &View) -> Film {
 /// The picture of a view.
 pub fn picture(view: &View) -> Image {
     film(view).develop()
-}
-
-/// Mean of all pixels.
-pub fn image_mean(image: &Image) -> Vec3 {
-    let sum = image
-        .pixels
-        .iter()
-        .map(|p| p.as_dvec3())
-        .sum::<glam::DVec3>();
-    (sum / image.pixels.len() as f64).as_vec3()
-}
-
-/// Means of the green channel of 32 pictures of a view with different seeds. Samples of a
-/// low-discrepancy sampler are not independent of each other, but those of different seeds are, so
-/// a t-test on these means is valid for every sampler.
-pub fn replicates(scene: &Arc<Scene>, change: impl Fn(&mut RenderSettings)) -> Replicates {
-    let means = (0..32).map(|seed| {
-        let view = view(scene, |s| {
-            change(s);
-            s.seed = 1000 + seed;
-        });
-        let image = picture(&view);
-        image.pixels.iter().map(|p| f64::from(p.y)).sum::<f64>() / image.pixels.len() as f64
-    });
-    Replicates::new(means.collect())
 }
 
 /// Runs `f` on a pool of some threads.

@@ -38,6 +38,15 @@ macro_rules! probes {
 
 probes! {
     s01
+    l01 l02 l03 l04 l05 l06 l07 l08
+    b01 b02 b03 b04 b05 b06 b07
+    y01 y02 y03 y04 y05 y06 y07 y08
+    f01 f02 f03 f04 f05 f06 f07
+    a01 a02 a03 a04 a05 a06
+    g01 g02 g03 g04 g05 g06 g07 g08
+    d01 d02 d03 d04 d05 d06 d07 d08 d09
+    c01 c02 c03 c04
+    w01 w05
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use lightbox_core::scene::{BUILTIN, Source, load, parse};
+use lightbox_core::scene::{BUILTIN, BUILTIN_LAB, Source, load, parse};
 use lightbox_tests::{scenes_folder, shipped_scenes};
 
 #[test]
@@ -26,6 +26,19 @@ fn every_shipped_scene_is_built_in_and_builds() {
             assert_eq!(scene.warnings(), [], "{name}");
         }
     }
+}
+
+#[test]
+fn every_scene_of_the_lab_is_built_in() {
+    let folder = scenes_folder().join("lab");
+    let mut names: Vec<String> = std::fs::read_dir(folder)
+        .expect("a folder")
+        .map(|entry| entry.expect("an entry").file_name())
+        .map(|name| format!("builtin:lab/{}", name.to_string_lossy()))
+        .filter(|name| name.ends_with(".toml"))
+        .collect();
+    names.sort();
+    assert_eq!(names, BUILTIN_LAB);
 }
 
 const GOOD: &str = "\

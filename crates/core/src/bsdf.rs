@@ -143,7 +143,7 @@ fn reflect(wo: Vec3, n: Vec3) -> Vec3 {
 /// Unpolarised Fresnel reflectance of a dielectric at `cos` from the normal, and the cosine of the
 /// refracted direction; `eta` is the ratio of indices, incident over transmitted. Total
 /// reflection gives (1, 0).
-fn fresnel(cos: f32, eta: f32) -> (f32, f32) {
+pub(crate) fn fresnel(cos: f32, eta: f32) -> (f32, f32) {
     let sin2_t = eta * eta * (1.0 - cos * cos);
     if sin2_t >= 1.0 {
         return (1.0, 0.0);
@@ -155,45 +155,4 @@ fn fresnel(cos: f32, eta: f32) -> (f32, f32) {
         0.5 * (parallel * parallel + perpendicular * perpendicular),
         cos_t,
     )
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn fresnel_matches_the_textbook_angles() {
-        let n = 1.5f64;
-        // Normal incidence, from both sides.
-        for eta in [1.0 / 1.5, 1.5] {
-            assert!((fresnel(1.0, eta).0 - 0.04).abs() < 1e-6);
-        }
-        // Brewster's angle: the parallel part vanishes, so R is half the perpendicular part.
-        let brewster = libm::atan(n);
-        let (r, cos_t) = fresnel(libm::cos(brewster) as f32, 1.0 / 1.5);
-        assert!((f64::from(cos_t) - libm::sin(brewster)).abs() < 1e-6);
-        assert!((r - 0.073_964_5).abs() < 1e-5, "{r}");
-        // Total reflection from 41.8103° on.
-        let critical = libm::asin(1.0 / n).to_degrees();
-        assert!((critical - 41.8103).abs() < 1e-4);
-        assert!(fresnel(libm::cos((critical - 0.01).to_radians()) as f32, 1.5).0 < 1.0);
-        assert_eq!(
-            fresnel(libm::cos((critical + 0.01).to_radians()) as f32, 1.5).0,
-            1.0
-        );
-        // No boundary, grazing and exactly critical incidence stay finite.
-        assert_eq!(fresnel(0.5, 1.0).0, 0.0);
-        for (cos, eta) in [
-            (1e-7, 0.66),
-            (1e-7, 1.5),
-            (0.0, 0.66),
-            ((1.0f32 - 1.0 / 2.25).sqrt(), 1.5),
-        ] {
-            let (r, cos_t) = fresnel(cos, eta);
-            assert!(
-                (0.0..=1.0).contains(&r) && cos_t >= 0.0,
-                "{cos} {eta}: {r} {cos_t}"
-            );
-        }
-    }
 }

@@ -9,8 +9,8 @@ use crate::scene::CameraDesc;
 #[derive(Clone, Copy, Debug)]
 pub struct Camera {
     eye: Vec3,
-    /// From the eye to the upper left corner of the picture, one unit ahead.
-    corner: Vec3,
+    /// Half of the picture across and down, pixels.
+    middle: [f32; 2],
     /// One pixel to the right.
     right: Vec3,
     /// One pixel down.
@@ -55,10 +55,9 @@ impl Camera {
         let up = right.cross(axis);
         let pixel = 2.0 * libm::tan(f64::from(fov).to_radians() * 0.5) / f64::from(height);
         let (right, down) = (right * pixel, -up * pixel);
-        let corner = axis - right * (0.5 * f64::from(width)) - down * (0.5 * f64::from(height));
         Ok(Self {
             eye,
-            corner: corner.as_vec3(),
+            middle: [0.5 * width as f32, 0.5 * height as f32],
             right: right.as_vec3(),
             down: down.as_vec3(),
             forward: axis.as_vec3(),
@@ -68,10 +67,12 @@ impl Camera {
     /// The ray through the point `offset` pixels from the centre of pixel (x, y); (0, 0) is at
     /// the upper left.
     pub fn ray(&self, [x, y]: [u32; 2], offset: [f32; 2]) -> Ray {
-        let (x, y) = (x as f32 + 0.5 + offset[0], y as f32 + 0.5 + offset[1]);
+        // From the middle outwards: from a corner, most of the digits of a wide view cancel.
+        let x = (x as f32 + 0.5 - self.middle[0]) + offset[0];
+        let y = (y as f32 + 0.5 - self.middle[1]) + offset[1];
         Ray::new(
             self.eye,
-            (self.corner + x * self.right + y * self.down).normalize(),
+            (self.forward + x * self.right + y * self.down).normalize(),
         )
     }
 

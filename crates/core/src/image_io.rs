@@ -101,7 +101,7 @@ pub fn tone_mapped(image: &Image, tone: ToneMap) -> Vec<u8> {
         .collect()
 }
 
-fn encode_png(image: &Image, tone: ToneMap, text: &str) -> Result<Vec<u8>, String> {
+pub(crate) fn encode_png(image: &Image, tone: ToneMap, text: &str) -> Result<Vec<u8>, String> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(BufWriter::new(&mut bytes), image.width, image.height);
     encoder.set_color(png::ColorType::Rgb);
@@ -118,7 +118,7 @@ fn encode_png(image: &Image, tone: ToneMap, text: &str) -> Result<Vec<u8>, Strin
     Ok(bytes)
 }
 
-fn encode_exr(image: &Image, text: &str) -> Result<Vec<u8>, String> {
+pub(crate) fn encode_exr(image: &Image, text: &str) -> Result<Vec<u8>, String> {
     let (width, height) = (image.width as usize, image.height as usize);
     let channels = SpecificChannels::rgb(|at: exr::math::Vec2<usize>| {
         let Vec3 { x, y, z } = image.pixels[at.y() * width + at.x()];
@@ -199,12 +199,17 @@ fn exr_text(reader: impl BufRead) -> Result<Option<String>, String> {
 /// error is one line.
 pub fn read(path: &Path) -> Result<Image, String> {
     let bytes = fs::read(path).map_err(|e| format!("{}: cannot be read ({e})", path.display()))?;
-    let decoded = image::load_from_memory(&bytes).map_err(|e| {
+    decode(&bytes).map_err(|e| {
         format!(
             "{}: not a picture that can be read ({e}); use EXR or PNG",
             path.display()
         )
-    })?;
+    })
+}
+
+/// The picture in the bytes of a file.
+pub(crate) fn decode(bytes: &[u8]) -> image::ImageResult<Image> {
+    let decoded = image::load_from_memory(bytes)?;
     let is_float = matches!(
         decoded,
         image::DynamicImage::ImageRgb32F(_) | image::DynamicImage::ImageRgba32F(_)

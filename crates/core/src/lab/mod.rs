@@ -5,9 +5,26 @@
 //! `lightbox lab` and the viewer's Lab panel. A verdict is never stated by a probe: it follows from
 //! the measured figures and their bounds.
 
+mod bsdfs;
+mod cameras;
+mod convergence;
 mod figure;
+mod films;
+mod gallery;
+mod light_sampling;
+mod lights;
+mod meshes;
 mod naive;
+mod outputs;
+mod paths;
+mod samplers;
+mod sessions;
+mod specular;
 mod sphere;
+pub mod stats;
+mod streams;
+mod sums;
+mod trial;
 
 use serde::Serialize;
 
@@ -16,7 +33,18 @@ use crate::Image;
 pub use figure::{Bound, Figure, number};
 
 /// The cases by area, in the order in which they are shown.
-pub const AREAS: &[(&str, &[Case])] = &[("Spheres", sphere::CASES)];
+pub const AREAS: &[(&str, &[Case])] = &[
+    ("Spheres", sphere::CASES),
+    ("Lights", lights::CASES),
+    ("Scattering", bsdfs::CASES),
+    ("Random numbers", samplers::CASES),
+    ("Filters and files", films::CASES),
+    ("Accumulation", sums::CASES),
+    ("Paths", paths::CASES),
+    ("Mesh files", meshes::CASES),
+    ("Camera", cameras::CASES),
+    ("Viewer", sessions::CASES),
+];
 
 /// A way to fail.
 #[derive(Debug)]

@@ -155,7 +155,7 @@ impl Lights {
 
     /// Chooses an emitter: its index and the probability of the choice. One light is no choice.
     #[inline]
-    fn pick(&self, u: impl FnOnce() -> f32) -> Option<(usize, f32)> {
+    pub(crate) fn pick(&self, u: impl FnOnce() -> f32) -> Option<(usize, f32)> {
         let last = self.emitters.len().checked_sub(1)?;
         if last == 0 {
             return Some((0, 1.0));
@@ -165,7 +165,7 @@ impl Lights {
         Some((i, self.probability(i)))
     }
 
-    fn probability(&self, i: usize) -> f32 {
+    pub(crate) fn probability(&self, i: usize) -> f32 {
         (self.cumulative[i] - if i > 0 { self.cumulative[i - 1] } else { 0.0 }) as f32
     }
 

@@ -25,6 +25,17 @@ macro_rules! file {
     };
 }
 
+/// Paths of the scenes of the stability lab, which the ordinary list leaves out.
+pub const LAB: &[&str] = &[
+    "builtin:lab/albedo-one.toml",
+    "builtin:lab/closed-box.toml",
+    "builtin:lab/depth.toml",
+    "builtin:lab/mirror-box.toml",
+    "builtin:lab/mirror-only.toml",
+    "builtin:lab/touching-light.toml",
+    "builtin:lab/unseen-light.toml",
+];
+
 const FILES: &[(&str, &[u8])] = &[
     file!("teddy-diffuse.toml"),
     file!("teddy-mirror.toml"),
@@ -34,6 +45,13 @@ const FILES: &[(&str, &[u8])] = &[
     file!("white-furnace.toml"),
     file!("million.toml"),
     file!("meshes/teddy.obj"),
+    file!("lab/albedo-one.toml"),
+    file!("lab/closed-box.toml"),
+    file!("lab/depth.toml"),
+    file!("lab/mirror-box.toml"),
+    file!("lab/mirror-only.toml"),
+    file!("lab/touching-light.toml"),
+    file!("lab/unseen-light.toml"),
 ];
 
 /// The bytes of a built-in file.

@@ -17,7 +17,7 @@ use std::sync::Arc;
 use glam::{Quat, Vec3};
 
 pub use boulder::boulder;
-pub use builtin::NAMES as BUILTIN;
+pub use builtin::{LAB as BUILTIN_LAB, NAMES as BUILTIN};
 pub use desc::{CameraDesc, MaterialDesc, MeshDesc, QuadDesc, SceneDesc, SphereDesc};
 pub use error::{SceneError, SceneWarning};
 pub use load::{Source, load, parse};

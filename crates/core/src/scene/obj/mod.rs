@@ -82,6 +82,14 @@ pub fn parse(bytes: &[u8], path: &Path) -> Result<ObjMesh, SceneError> {
     Ok(mesh)
 }
 
+/// The materials of an MTL text with no files beside it, and what was odd.
+pub(crate) fn materials(text: &str) -> Result<(Vec<MaterialDesc>, Vec<SceneWarning>), SceneError> {
+    let path = Path::new("lab.mtl");
+    let (mut library, mut warnings) = (Library::default(), Warnings::default());
+    library.add_text(text, path, &mut warnings)?;
+    Ok((library.materials, warnings.into_list(path)))
+}
+
 /// The text of a file that can be one of OBJ.
 fn decode(bytes: &[u8]) -> Result<Cow<'_, str>, String> {
     if bytes.trim_ascii().is_empty() {

@@ -1,0 +1,208 @@
+//! How often the lab's statistical tests cry wolf, and how often they see a wolf: the fractions
+//! over many runs with fresh seeds, against those stated.
+//!
+//! `cargo run --release -p lightbox-tests --example alarms`
+
+use std::sync::Arc;
+
+use lightbox_core::lab::stats::{
+    CHI_SQUARE_63, Comparisons, REPLICATES, Replicates, T_31, cell, chi_square,
+};
+use lightbox_core::planted::{Bug, plant};
+use lightbox_core::sampler::{Dim, Sampler};
+use lightbox_core::settings::UNLIMITED;
+use lightbox_core::{Method, RenderSettings, SamplerKind, Scene};
+use lightbox_tests::{picture, view};
+use statrs::distribution::{ChiSquared, ContinuousCDF as _, StudentsT};
+
+/// Runs with fresh seeds in which nothing is wrong.
+const TRIALS: u64 = 1000;
+
+/// Runs for each bias and each planted defect.
+const BIASED: u64 = 200;
+
+/// Levels at which false alarms are frequent enough to be counted.
+const LEVELS: [f64; 3] = [0.05, 0.01, 0.001];
+
+/// A floor of reflectance ½ under a unit square at height 1, by one pixel.
+const UNDER_A_SQUARE: &str = "
+[camera]
+eye = [1, 0.7, 3]
+target = [0, 0, 0]
+fov = 0.0001
+[render]
+width = 1
+height = 1
+depth = 2
+[[material]]
+name = 'grey'
+albedo = [0.5, 0.5, 0.5]
+[[material]]
+name = 'lamp'
+albedo = [0, 0, 0]
+emission = [1, 1, 1]
+[[quad]]
+material = 'grey'
+corners = [[-2, 0, 2], [2, 0, 2], [2, 0, -2], [-2, 0, -2]]
+[[quad]]
+material = 'lamp'
+corners = [[-0.5, 1, -0.5], [0.5, 1, -0.5], [0.5, 1, 0.5], [-0.5, 1, 0.5]]
+";
+
+/// What the pixel shows: ½ E/π with E/L = 0.7522747.
+const UNDER_A_SQUARE_SHOWS: f64 = 0.5 / std::f64::consts::PI * 0.752_274_7;
+
+/// An experiment: a scene with a known mean.
+struct Experiment {
+    name: &'static str,
+    scene: Arc<Scene>,
+    change: fn(&mut RenderSettings),
+    truth: f64,
+}
+
+impl Experiment {
+    /// |t| and the relative error that would be found 9 times of 10, of a run.
+    fn run(&self, trial: u64) -> (f64, f64) {
+        let means = Replicates::of(|i| {
+            let image = picture(&view(&self.scene, |s| {
+                (self.change)(s);
+                s.seed = 1_000_000 + trial * REPLICATES as u64 + i;
+            }));
+            let sum: f64 = image.pixels.iter().map(|p| f64::from(p.y)).sum();
+            sum / image.pixels.len() as f64
+        });
+        let mut comparisons = Comparisons::default();
+        comparisons.mean(&means, self.truth);
+        (comparisons.deviation * T_31, comparisons.blindness)
+    }
+
+    /// |t| of all trials.
+    fn runs(&self, trials: u64) -> Vec<f64> {
+        (0..trials).map(|trial| self.run(trial).0).collect()
+    }
+}
+
+fn fraction(values: &[f64], limit: f64) -> f64 {
+    values.iter().filter(|v| !(**v <= limit)).count() as f64 / values.len() as f64
+}
+
+/// χ² of cosine-weighted directions in cells of equal chance.
+fn directions(trial: u64, density: f64) -> f64 {
+    let n = 20_000u32;
+    let mut observed = [0.0; 64];
+    let grey = lightbox_core::bsdf::Bsdf::Diffuse(glam::Vec3::ONE);
+    for i in 0..n {
+        let sampler = Sampler::new(SamplerKind::Independent, 5_000_000 + trial, [i, 0], 0);
+        let u = sampler.get_2d(Dim::BsdfDirection(0));
+        if let Some(s) = grey.sample(glam::Vec3::Z, glam::Vec3::Z, true, || 0.5, || u) {
+            let turn = f64::from(s.wi.y).atan2(f64::from(s.wi.x)) / std::f64::consts::TAU + 0.5;
+            let sin2 = (1.0 - f64::from(s.wi.z * s.wi.z)).max(0.0);
+            observed[cell([sin2.powf(density), turn])] += 1.0;
+        }
+    }
+    chi_square(&observed, &[f64::from(n) / 64.0; 64])
+}
+
+fn main() {
+    let parse = |text: &str| {
+        let path = std::path::Path::new("alarms.toml");
+        let desc = lightbox_core::scene::parse(text, path).expect("a right text");
+        let source = lightbox_core::scene::Source::from_desc(desc, path);
+        Arc::new(source.build(&|_| ()).expect("a right scene"))
+    };
+    let closed_box = lightbox_core::scene::load("builtin:lab/closed-box.toml".as_ref())
+        .and_then(|source| source.build(&|_| ()))
+        .expect("a built-in scene");
+    let experiments = [
+        Experiment {
+            name: "square light, nee, Sobol'",
+            scene: parse(UNDER_A_SQUARE),
+            change: |s| (s.method, s.samples) = (Method::Nee, 64),
+            truth: UNDER_A_SQUARE_SHOWS,
+        },
+        Experiment {
+            name: "square light, naive, independent",
+            scene: parse(UNDER_A_SQUARE),
+            change: |s| {
+                (s.method, s.samples) = (Method::Naive, 256);
+                s.sampler = SamplerKind::Independent;
+            },
+            truth: UNDER_A_SQUARE_SHOWS,
+        },
+        Experiment {
+            name: "closed box, mis, unlimited depth",
+            scene: Arc::new(closed_box),
+            change: |s| {
+                (s.width, s.height, s.samples) = (2, 2, 16);
+                (s.method, s.depth) = (Method::Mis, UNLIMITED);
+            },
+            truth: 0.5,
+        },
+    ];
+    let t = StudentsT::new(0.0, 1.0, REPLICATES as f64 - 1.0).expect("31 degrees of freedom");
+    let chi = ChiSquared::new(63.0).expect("63 degrees of freedom");
+
+    println!("False alarms of {TRIALS} runs with fresh seeds, at the level stated:");
+    println!("| experiment | 5 % | 1 % | 0.1 % | the family's 2.5·10⁻⁷ |");
+    println!("|---|---|---|---|---|");
+    let row = |name: &str, values: &[f64], limits: [f64; 3], family: f64| {
+        let cells = limits.map(|limit| format!("{:.1} %", 100.0 * fraction(values, limit)));
+        let alarms = fraction(values, family) * TRIALS as f64;
+        println!("| {name} | {} | {alarms} of {TRIALS} |", cells.join(" | "));
+    };
+    for experiment in &experiments {
+        let values = experiment.runs(TRIALS);
+        let limits = LEVELS.map(|level| t.inverse_cdf(1.0 - level / 2.0));
+        row(experiment.name, &values, limits, T_31);
+    }
+    let values: Vec<f64> = (0..TRIALS).map(|trial| directions(trial, 1.0)).collect();
+    let limits = LEVELS.map(|level| chi.inverse_cdf(1.0 - level));
+    row("χ² of cosine directions", &values, limits, CHI_SQUARE_63);
+
+    println!("\nDetection at the family's level, {BIASED} runs:");
+    println!("| experiment | bias | found | told in advance: found 9 times of 10 |");
+    println!("|---|---|---|---|");
+    for experiment in &experiments {
+        let (_, blindness) = experiment.run(0);
+        for share in [0.5, 0.8, 1.0, 1.2, 1.5] {
+            let biased = Experiment {
+                truth: experiment.truth / (1.0 + share * blindness),
+                scene: experiment.scene.clone(),
+                ..*experiment
+            };
+            let values = biased.runs(BIASED);
+            println!(
+                "| {} | {:.2} % | {:.1} % | {:.2} % |",
+                experiment.name,
+                100.0 * share * blindness,
+                100.0 * fraction(&values, T_31),
+                100.0 * blindness
+            );
+        }
+    }
+    for density in [1.05, 1.1, 1.2] {
+        let values: Vec<f64> = (0..BIASED).map(|i| directions(i, density)).collect();
+        println!(
+            "| χ², density of sin² θ to the power {density} | | {:.1} % | |",
+            100.0 * fraction(&values, CHI_SQUARE_63)
+        );
+    }
+
+    println!("\nPlanted defects, found of {BIASED} runs at the family's level:");
+    println!("| defect | experiment | found |");
+    println!("|---|---|---|");
+    for (bug, experiment) in [
+        (Bug::CosineDropped, &experiments[0]),
+        (Bug::PdfTimes1_02, &experiments[0]),
+        (Bug::OneSidedFlagFlipped, &experiments[1]),
+        (Bug::RouletteWeightOmitted, &experiments[2]),
+        (Bug::LastBounceEmissionDoubled, &experiments[1]),
+        (Bug::DimensionsShared, &experiments[2]),
+    ] {
+        plant(Some(bug));
+        let values = experiment.runs(BIASED);
+        plant(None);
+        let found = 100.0 * fraction(&values, T_31);
+        println!("| {bug:?} | {} | {found:.1} % |", experiment.name);
+    }
+}

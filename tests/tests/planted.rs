@@ -1,0 +1,38 @@
+//! The lab tested in turn: known defects are planted in the core, and the case meant for each
+//! must fail. A binary of its own, because a planted defect is one of the whole process.
+
+use lightbox_core::lab;
+use lightbox_core::planted::{Bug, plant};
+
+/// Defects and the case that must find each.
+const CAUGHT_BY: &[(Bug, &str)] = &[
+    (Bug::CosineDropped, "L01"),
+    (Bug::PdfTimes1_02, "L07"),
+    (Bug::OneSidedFlagFlipped, "L03"),
+    (Bug::RouletteWeightOmitted, "G03"),
+    (Bug::LastBounceEmissionDoubled, "G02"),
+    (Bug::MirrorWeighted, "B03"),
+    (Bug::UReachesOne, "Y01"),
+    (Bug::DimensionsShared, "Y07"),
+    (Bug::InvalidSamplesKept, "F04"),
+];
+
+/// Whether every figure of a case is within its bound. A probe that panics does not hold.
+fn holds(id: &str) -> bool {
+    let case = lab::find(id).unwrap_or_else(|| panic!("no case {id}"));
+    let lab::Check::Probe(probe) = case.check else {
+        panic!("{id} has no probe");
+    };
+    std::panic::catch_unwind(probe).is_ok_and(|figures| figures.iter().all(lab::Figure::holds))
+}
+
+#[test]
+fn every_planted_defect_is_found_by_the_case_meant_for_it() {
+    for (bug, id) in CAUGHT_BY {
+        plant(None);
+        assert!(holds(id), "{id} fails with nothing planted");
+        plant(Some(*bug));
+        assert!(!holds(id), "{id} does not see {bug:?}");
+    }
+    plant(None);
+}
