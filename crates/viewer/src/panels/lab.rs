@@ -4,13 +4,15 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use egui::{
-    Color32, Context, Grid, Panel, ProgressBar, RichText, ScrollArea, TextureHandle, Ui, Window,
+    Color32, Context, Frame, Grid, Margin, Panel, ProgressBar, RichText, ScrollArea, TextureHandle,
+    Ui, Window,
 };
 use lightbox_core::Image;
 use lightbox_core::color::ToneMap;
 use lightbox_core::image_io::tone_mapped;
 use lightbox_core::lab::{AREAS, Case, Check, Figure, Verdict, cases, find, number};
 
+use super::format;
 use crate::keys::Action;
 use crate::lab::{Lab, Pair, Stand};
 
@@ -59,9 +61,12 @@ impl LabPanel {
                     .id_salt("lab case")
                     .auto_shrink(false)
                     .show(ui, |ui| {
-                        if let Some(case) = find(self.chosen) {
-                            self.case(ui, case, actions);
-                        }
+                        let Some(case) = find(self.chosen) else {
+                            return;
+                        };
+                        Frame::new()
+                            .inner_margin(Margin::symmetric(10, 4))
+                            .show(ui, |ui| self.case(ui, case, actions));
                     });
             });
         self.is_open = is_open;
@@ -92,7 +97,8 @@ impl LabPanel {
             let stands: Vec<Stand> = cases().map(|case| self.lab.stand(case)).collect();
             let count = |of| stands.iter().filter(|s| **s == Stand::Settled(of)).count();
             let (hold, fail) = (count(Verdict::Holds), count(Verdict::Fails));
-            ui.label(format!("{} cases, {hold} measured and held", stands.len()));
+            let all = format::counted(stands.len() as u64, "case");
+            ui.label(format!("{all}, {hold} measured and held"));
             if fail > 0 {
                 ui.colored_label(BAD, format!("{fail} not held"));
             }
