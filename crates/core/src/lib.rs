@@ -12,6 +12,9 @@
 //!   be edited and saved. [`scene::Source::build`] freezes it into a [`Scene`]: primitives,
 //!   materials, lights and the accelerator, shared by `Arc`. [`Scene::edit`] takes an edited description and rebuilds only
 //!   what it changed.
+//! - [`geometry::Geometry`] casts rays at primitives, one or many in a call, through an
+//!   accelerator ([`accel`]: a wide tree of boxes, a kd-tree, or none) with the instructions that
+//!   the machine has ([`simd`]). Each way gives the same hits, bit for bit.
 //! - [`View::render`] is the composition root: for each tile, pixel and sample it draws a film
 //!   position from the [`filter`], a ray from the [`Camera`], a radiance from the
 //!   [`integrator`], and adds it to the tile; a finished tile is merged into the [`Film`].
