@@ -12,7 +12,7 @@ const WORDS: usize = 10;
 /// Triangles in some order, each with a tag of the caller's. Any run (first, count) of those
 /// that it was made of, with count ≤ 8, can be tested.
 ///
-/// A run of n is n·[`WORDS`] words: nine rows of n for the coordinates (x, y, z of the first
+/// A run of n is n·`WORDS` words: nine rows of n for the coordinates (x, y, z of the first
 /// vertex, then of the second and third), and a row of tags. Rows are read eight words wide
 /// whatever n is, so the last run is followed by padding.
 #[derive(Debug)]

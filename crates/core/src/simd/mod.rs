@@ -1,8 +1,8 @@
 //! Eight f32 at a time, and which instructions do it.
 //!
-//! Kernels are generic over [`Lanes`] and compiled once for every implementor. All of them round
+//! Kernels are generic over `Lanes` and compiled once for every implementor. All of them round
 //! each operation as IEEE 754 asks, so a kernel gives the same bits whichever is chosen; the one
-//! exception, [`Lanes::mul_add`], is for bounds that allow for either rounding.
+//! exception, `Lanes::mul_add`, is for bounds that allow for either rounding.
 //!
 //! Sixteen lanes (AVX-512) would be a third implementor with its own node width; there is none
 //! because none could be tested.

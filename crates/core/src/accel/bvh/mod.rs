@@ -32,7 +32,7 @@ pub const MAX_LEAF: usize = 8;
 /// A bounding volume hierarchy over primitives known by box, built for least expected cost under
 /// the surface-area heuristic with binning (Wald 2007).
 ///
-/// [`Bvh::walk`] shows a visitor every primitive that it could accept, so that what the visitor
+/// A walk shows a visitor every primitive that it could accept, so that what the visitor
 /// makes of them is bit for bit what it makes of all primitives, if that does not depend on
 /// their order. That holds for coordinates between 2⁻⁶⁰ and 2⁶⁰, beyond which the primitives' own
 /// tests leave the range of f32.
