@@ -246,6 +246,17 @@ fn packets_and_turns_give_what_single_rays_give() {
             let origin = Vec3::new(0.0, 0.0, 2.0) + 1e-4 * (i % 2) as f32;
             rays.push(Ray::new(origin, dir.normalize()));
         }
+        // From patches, all but parallel.
+        let mut patch = Ray::new(Vec3::ZERO, Vec3::X);
+        for i in 0..8000 {
+            if i % 32 == 0 {
+                let from = 3.0 * rng.cube().normalize();
+                patch = Ray::new(from, (0.9 * rng.cube() - from).normalize());
+            }
+            let origin = patch.origin + 0.06 * rng.cube();
+            let dir = patch.dir + 0.02 * rng.cube();
+            rays.push(Ray::new(origin, dir.normalize()));
+        }
         for kernel in Kernel::available() {
             let primitives = Primitives {
                 triangles: triangles.clone(),
