@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use lightbox_core::lab::{Check, Side, Verdict, cases, find};
-use lightbox_core::scene::load;
+use lightbox_core::scene::{BUILTIN_LAB, load};
 
 /// Measures a case: lightbox must keep every bound, and a naive method must break one.
 fn hold(id: &str) {
@@ -37,7 +37,13 @@ macro_rules! probes {
 }
 
 probes! {
-    s01
+    s01 s02 s03 s04 s05 s06 s07 s08 s09 s10 s11 s12
+    t01 t02 t03 t04 t05 t06 t07 t08 t09 t10 t11 t12 t13
+    q01 q02 q03 q04
+    m01 m02 m03
+    k01 k02 k03 k04 k05 k06 k07 k08 k09 k10 k11
+    v01 v02 v03 v04 v05 v06 v07 v08 v09 v10
+    i01 i02 i03 i04 i05 i06 i07
     l01 l02 l03 l04 l05 l06 l07 l08
     b01 b02 b03 b04 b05 b06 b07
     y01 y02 y03 y04 y05 y06 y07 y08
@@ -88,12 +94,13 @@ fn tests_that_are_named_exist() {
             .unwrap_or_else(|| panic!("{}: {test} is not file::name", case.id));
         let source = std::fs::read_to_string(top.join(file))
             .unwrap_or_else(|e| panic!("{}: {file}: {e}", case.id));
-        let words: Vec<&str> = source.split_whitespace().collect();
-        let function = format!("{name}()");
+        let function = format!("fn {name}()");
+        let attributes = source.split_once(&function).map(|(before, _)| {
+            let end_of_last_item = before.rfind(['}', ';']).unwrap_or(0);
+            &before[end_of_last_item..]
+        });
         assert!(
-            words
-                .windows(3)
-                .any(|w| w[0] == "#[test]" && w[1] == "fn" && w[2] == function),
+            attributes.is_some_and(|a| a.contains("#[test]") && !a.contains("#[ignore")),
             "{}: no test {name} in {file}",
             case.id
         );
@@ -102,6 +109,12 @@ fn tests_that_are_named_exist() {
 
 #[test]
 fn scenes_load_and_pictures_can_be_drawn() {
+    for scene in BUILTIN_LAB {
+        assert!(
+            cases().any(|case| case.scene == Some(scene)),
+            "{scene} shows no case"
+        );
+    }
     for case in cases() {
         if let Some(scene) = case.scene {
             let scene = load(Path::new(scene))

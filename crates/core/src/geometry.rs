@@ -5,7 +5,7 @@
 
 use glam::{DVec3, Vec2, Vec3};
 
-use crate::math::{Aabb, Ray, gamma, offset_origin};
+use crate::math::{Aabb, Ray, offset_origin, round_along};
 use crate::shape::{Quad, Sphere, triangle_area, unit_normal};
 
 pub use cast::Geometry;
@@ -61,16 +61,22 @@ pub struct Hit {
 pub struct SurfacePoint {
     /// Position.
     pub p: Vec3,
-    /// The true hit point lies within `p ± p_err`.
-    pub p_err: Vec3,
     /// Unit geometric normal of the front.
     pub n: Vec3,
+    /// Rounding puts `p` off the surface, which is between these two heights over it, along `n`.
+    pub surface: [f32; 2],
 }
 
 impl SurfacePoint {
     /// Origin for a ray that leaves in direction `w`.
     pub fn leave(&self, w: Vec3) -> Vec3 {
-        offset_origin(self.p, self.p_err, self.n, w)
+        let [low, high] = self.surface;
+        let height = if w.dot(self.n) < 0.0 {
+            low.min(0.0)
+        } else {
+            high.max(0.0)
+        };
+        offset_origin(self.p, height * self.n)
     }
 
     /// The point of a triangle with barycentric coordinates (1−b1−b2, b1, b2).
@@ -79,36 +85,51 @@ impl SurfacePoint {
         Self::of_triangle_with(triangle, unit_normal(v1 - v0, v2 - v0), b)
     }
 
-    /// The same, of a triangle whose unit normal `n` is known.
-    pub fn of_triangle_with(triangle: [Vec3; 3], n: Vec3, b: [f32; 2]) -> Self {
-        let (p, p_err) = interpolate(triangle, b);
-        Self { p, p_err, n }
+    /// The same, of a triangle whose unit normal `n` is known. In f64, so that only the rounding
+    /// of the point is left: between plates two ulp apart there has to be room for the start of
+    /// a ray. That rounding is towards the middle of the triangle, so that a point near the edge
+    /// does not get onto the neighbour's plane, from where a ray would not see the neighbour.
+    pub fn of_triangle_with(triangle: [Vec3; 3], n: Vec3, [b1, b2]: [f32; 2]) -> Self {
+        let [v0, v1, v2] = triangle.map(|v| v.as_dvec3());
+        let (b1, b2) = (f64::from(b1), f64::from(b2));
+        let exact = (1.0 - b1 - b2) * v0 + b1 * v1 + b2 * v2;
+        let middle = (v0 + v1 + v2) / 3.0;
+        Self::rounded(
+            exact,
+            n,
+            middle - exact,
+            v0.abs().max(v1.abs()).max(v2.abs()),
+        )
     }
 
     /// The point (u, v) of a quad.
     pub fn of_quad(quad: &Quad, u: f32, v: f32) -> Self {
         let (triangle, b) = quad.triangle_at(u, v);
-        let (p, p_err) = interpolate(triangle, b);
-        Self {
-            p,
-            p_err,
-            n: quad.normal(),
-        }
+        Self::of_triangle_with(triangle, quad.normal(), b)
     }
 
-    /// The point of a sphere next to `p`.
+    /// The point of a sphere next to `p`, which may have drifted off it.
     pub fn of_sphere(sphere: &Sphere, p: Vec3) -> Self {
-        let p = sphere.project(p);
-        let n = ((p - sphere.center) / sphere.radius).normalize();
-        let p_err = gamma(5) * (p.abs() + sphere.center.abs() + Vec3::splat(sphere.radius));
-        Self { p, p_err, n }
+        let center = sphere.center.as_dvec3();
+        // Any normal will do where rounding has put `p` onto the centre of a minute sphere.
+        let n = (p.as_dvec3() - center).normalize_or(DVec3::Z);
+        let exact = center + f64::from(sphere.radius) * n;
+        Self::rounded(exact, n.as_vec3(), DVec3::ZERO, center.abs())
     }
-}
 
-/// The point with barycentric coordinates (1−b1−b2, b1, b2) and a bound on its error.
-fn interpolate([v0, v1, v2]: [Vec3; 3], [b1, b2]: [f32; 2]) -> (Vec3, Vec3) {
-    let (p0, p1, p2) = ((1.0 - b1 - b2) * v0, b1 * v1, b2 * v2);
-    (p0 + p1 + p2, gamma(7) * (p0.abs() + p1.abs() + p2.abs()))
+    /// A point known in f64, computed there from coordinates up to `largest`, rounded along a
+    /// direction.
+    fn rounded(exact: DVec3, n: Vec3, along: DVec3, largest: DVec3) -> Self {
+        let p = round_along(exact, along);
+        let (normal, error) = (n.as_dvec3(), exact - p.as_dvec3());
+        let height = normal.dot(error);
+        // Of the normal in f32, and of f64.
+        const F32: f64 = 1.0 / (1u64 << 22) as f64;
+        const F64: f64 = 1.0 / (1u64 << 50) as f64;
+        let slack = F32 * error.abs().element_sum() + F64 * normal.abs().dot(largest);
+        let surface = [(height - slack) as f32, (height + slack) as f32];
+        Self { p, n, surface }
+    }
 }
 
 impl Primitives {
@@ -158,7 +179,7 @@ impl Primitives {
     }
 
     /// Box around the part of a primitive inside `cell`.
-    fn clipped_bounds(&self, id: u32, cell: &Aabb) -> Aabb {
+    pub(crate) fn clipped_bounds(&self, id: u32, cell: &Aabb) -> Aabb {
         match self.get(id) {
             Primitive::Triangle(triangle) => clip_polygon(&triangle, cell),
             Primitive::Quad(quad) => clip_polygon(&quad.corners(), cell),

@@ -237,7 +237,7 @@ impl Geometry {
     pub fn occluded(&self, ray: &Ray, except: u32) -> bool {
         let mut any = Any {
             except,
-            t_max: ray.t_max,
+            t_max: ray.t_max.max(0.0), // −∞ means found.
         };
         self.search(ray, &mut any);
         any.found()
@@ -411,7 +411,7 @@ fn test_run<L: Lanes>(
     while mask != 0 {
         let lane = mask.trailing_zeros();
         mask &= mask - 1;
-        let hit = triangles.hit(lane, search.limit());
+        let hit = runs.hit(&triangles, ray, (first, count, lane), search.limit());
         offer_triangle(hit, Face(runs.tag(first, count, lane)), search);
     }
 }

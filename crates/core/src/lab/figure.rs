@@ -62,6 +62,26 @@ impl fmt::Display for Bound {
 }
 
 impl Figure {
+    /// A count that has to be 0.
+    pub(super) fn none(what: &'static str, naive: Option<usize>, found: usize) -> Self {
+        Self {
+            what,
+            naive: naive.map(|n| n as f64),
+            lightbox: found as f64,
+            bound: Bound::Exactly(0.0),
+        }
+    }
+
+    /// A number that must not exceed `limit`.
+    pub(super) fn at_most(what: &'static str, naive: Option<f64>, x: f64, limit: f64) -> Self {
+        Self {
+            what,
+            naive,
+            lightbox: x,
+            bound: Bound::AtMost(limit),
+        }
+    }
+
     /// Whether lightbox keeps the bound.
     pub fn holds(&self) -> bool {
         self.bound.allows(self.lightbox)

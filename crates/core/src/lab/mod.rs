@@ -11,20 +11,30 @@ mod convergence;
 mod figure;
 mod films;
 mod gallery;
+mod input;
 mod light_sampling;
 mod lights;
 mod meshes;
 mod naive;
 mod outputs;
 mod paths;
+mod pictures;
+mod quads;
 mod samplers;
 mod sessions;
+mod slivers;
+mod spawn;
 mod specular;
 mod sphere;
+mod sphere_points;
 pub mod stats;
 mod streams;
 mod sums;
+mod surfaces;
+mod traversal;
+mod trees;
 mod trial;
+mod triangles;
 
 use serde::Serialize;
 
@@ -35,6 +45,12 @@ pub use figure::{Bound, Figure, number};
 /// The cases by area, in the order in which they are shown.
 pub const AREAS: &[(&str, &[Case])] = &[
     ("Spheres", sphere::CASES),
+    ("Triangles", triangles::CASES),
+    ("Quads", quads::CASES),
+    ("Meshes", surfaces::CASES),
+    ("Building accelerators", trees::CASES),
+    ("Walking accelerators", traversal::CASES),
+    ("Leaving surfaces", spawn::CASES),
     ("Lights", lights::CASES),
     ("Scattering", bsdfs::CASES),
     ("Random numbers", samplers::CASES),

@@ -7,4 +7,4 @@ pub mod warp;
 
 pub use aabb::Aabb;
 pub use frame::Frame;
-pub use ray::{Ray, gamma, offset_origin};
+pub use ray::{Ray, gamma, offset_origin, round_along};

@@ -1,6 +1,6 @@
 //! The ray, and the one place where a ray leaves a surface.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 use crate::planted::{self, Bug};
 
@@ -38,21 +38,37 @@ pub const fn gamma(n: u32) -> f32 {
     e / (1.0 - e)
 }
 
-/// Start point for a ray that leaves the surface at `p` in direction `w`: `p` moved along the
-/// normal `n` out of the box of half-size `p_err` in which the true hit point lies, to the side
-/// of `w`, and rounded away from `p` (Pharr, Jakob & Humphreys 2016, §3.9.5). Relative to the
-/// coordinates, so a scene scaled by 2ᵏ gives the same point scaled by 2ᵏ.
-pub fn offset_origin(p: Vec3, p_err: Vec3, n: Vec3, w: Vec3) -> Vec3 {
-    let mut distance = n.abs().dot(p_err);
+/// The point in f32 that is next to `exact`, but on no axis on the far side of it as seen along
+/// `along`; where that is 0, the nearest.
+pub fn round_along(exact: DVec3, along: DVec3) -> Vec3 {
+    let axis = |exact: f64, along: f64| {
+        let nearest = exact as f32;
+        let error = f64::from(nearest) - exact;
+        if error * along >= 0.0 {
+            nearest
+        } else if along > 0.0 {
+            nearest.next_up()
+        } else {
+            nearest.next_down()
+        }
+    };
+    Vec3::new(
+        axis(exact.x, along.x),
+        axis(exact.y, along.y),
+        axis(exact.z, along.z),
+    )
+}
+
+/// Start point for a ray that leaves the surface at `p`: `p` moved by `offset`, to the other side
+/// of the rounding error of `p`, and rounded away from `p` (after Pharr, Jakob & Humphreys 2016,
+/// §3.9.5). Where nothing has to move, `p` itself. Relative to the coordinates, so a scene scaled
+/// by 2ᵏ gives the same point scaled by 2ᵏ.
+pub fn offset_origin(p: Vec3, mut offset: Vec3) -> Vec3 {
     if planted::has(Bug::EpsilonTimes100) {
-        distance *= 100.0;
+        offset += 100.0 * f32::EPSILON * p.abs() * offset.signum();
     }
-    let offset = if w.dot(n) < 0.0 { -distance } else { distance } * n;
-    let moved = p + offset;
-    // One or two ulp further; a coordinate that the normal does not touch stays.
-    let away = offset.cmpne(Vec3::ZERO);
-    let ulp = moved.abs() * f32::EPSILON;
-    moved + Vec3::select(away, ulp * offset.signum(), Vec3::ZERO)
+    let offset = offset.as_dvec3();
+    round_along(p.as_dvec3() + offset, offset)
 }
 
 #[cfg(test)]
@@ -60,25 +76,33 @@ mod tests {
     use super::*;
 
     #[test]
-    fn offset_leaves_the_error_box_on_the_side_of_the_direction() {
-        let p = Vec3::new(1234.5, -0.25, 3e-4);
-        let p_err = gamma(7) * p.abs();
-        for n in [Vec3::X, Vec3::Y, -Vec3::Z, Vec3::new(0.6, -0.8, 0.0)] {
-            for w in [n, -n] {
-                let o = offset_origin(p, p_err, n, w);
-                assert!((o - p).dot(w) >= n.abs().dot(p_err) * 0.999, "{n} {w}");
+    fn rounding_never_goes_against_the_direction() {
+        for exact in [1.0 + 1e-9, 1.0 - 1e-9, -1e-60, 1234.567_89, -0.3, 1.0] {
+            for along in [1.0, -1.0] {
+                let error = |p: Vec3| f64::from(p.x) - exact;
+                let e = error(round_along(DVec3::splat(exact), DVec3::splat(along)));
+                let ulp = exact.abs() * f64::from(f32::EPSILON) + f64::from(f32::from_bits(1));
+                assert!(e * along >= 0.0 && e.abs() <= ulp, "{exact} {along}: {e}");
+                let nearest = error(round_along(DVec3::splat(exact), DVec3::ZERO));
+                assert!(nearest.abs() <= e.abs());
             }
         }
     }
 
     #[test]
-    fn offset_scales_with_the_scene_bit_for_bit() {
-        let p = Vec3::new(0.3, -7.25, 11.0);
-        let n = Vec3::new(0.48, 0.6, -0.64);
-        for k in [-40, -3, 1, 17, 40] {
-            let s = 2f32.powi(k);
-            let scaled = offset_origin(p * s, gamma(7) * p.abs() * s, n, n);
-            assert_eq!(scaled, offset_origin(p, gamma(7) * p.abs(), n, n) * s);
+    fn an_offset_moves_at_least_as_far_and_scales_bit_for_bit() {
+        let p = Vec3::new(1234.5, -0.25, 3e-4);
+        assert_eq!(offset_origin(p, Vec3::ZERO), p);
+        for n in [Vec3::X, Vec3::Y, -Vec3::Z, Vec3::new(0.6, -0.8, 0.0)] {
+            for size in [1e-12, 1e-5] {
+                let o = offset_origin(p, size * n);
+                let moved = (o.as_dvec3() - p.as_dvec3()).dot(n.as_dvec3());
+                assert!(moved >= f64::from(size) * 0.999_999, "{n} {moved}");
+                for k in [-40, -3, 1, 17, 40] {
+                    let s = 2f32.powi(k);
+                    assert_eq!(offset_origin(p * s, size * n * s), o * s);
+                }
+            }
         }
     }
 }

@@ -13,6 +13,7 @@ pub use quad::Quad;
 pub use runs::TriangleRuns;
 pub(crate) use runs::{Apart, ShearedRays};
 pub use sphere::Sphere;
+pub(crate) use triangle::edge;
 pub use triangle::{ShearedRay, TriangleHit};
 
 /// Unit vector along `e1 × e2`, computed in f64 so that neither tiny nor huge edges lose it.

@@ -96,6 +96,26 @@ impl TriangleRuns {
         L::prefetch(&self.words[first + count]);
     }
 
+    /// The hit of a candidate with `0 < t ≤ t_max`, if any: [`ShearedRay::triangle`].
+    #[inline(always)]
+    pub(crate) fn hit(
+        &self,
+        apart: &Apart,
+        ray: &ShearedRay,
+        (first, count, lane): (u32, u32, u32),
+        t_max: f32,
+    ) -> Option<TriangleHit> {
+        let hit = apart.hit(lane, t_max)?;
+        let (n, i) = (count as usize, lane as usize);
+        let run = &self.words[first as usize * WORDS..][..n * WORDS];
+        let vertex = |v: usize| {
+            let axis = |axis: usize| run[(3 * v + axis) * n + i];
+            Vec3::new(axis(0), axis(1), axis(2))
+        };
+        let triangle = [vertex(0), vertex(1), vertex(2)];
+        ray.meets_plane(triangle).then_some(hit)
+    }
+
     /// The tag of a triangle of a run.
     #[inline(always)]
     pub fn tag(&self, first: u32, count: u32, lane: u32) -> u32 {
@@ -225,9 +245,9 @@ impl<L: Lanes> Candidates<L> {
 pub(crate) struct Apart([[[f32; TriangleRuns::MAX]; 3]; 3]);
 
 impl Apart {
-    /// The hit of a candidate with `0 < t ≤ t_max`, if any.
+    /// What the sheared vertices of a candidate tell of its hit.
     #[inline(always)]
-    pub fn hit(&self, lane: u32, t_max: f32) -> Option<TriangleHit> {
+    fn hit(&self, lane: u32, t_max: f32) -> Option<TriangleHit> {
         let i = lane as usize % TriangleRuns::MAX;
         let [a, b, c] = &self.0;
         exact(
@@ -324,7 +344,9 @@ mod test {
                         let is_candidate = mask >> lane & 1 == 1;
                         assert!(hit.is_none() || is_candidate, "{ray:?} {triangle:?}");
                         if is_candidate {
-                            assert_eq!(found.apart().hit(lane, t_max), hit);
+                            let at = (first, count, lane);
+                            let found = runs.hit(&found.apart(), &sheared, at, t_max);
+                            assert_eq!(found, hit);
                         }
                         let hit = hit.is_some();
                         hits += u32::from(hit);

@@ -6,9 +6,9 @@
 //! a·b−c·d into a fused operation, which would break that.) Edge functions of 0 are decided, and
 //! those of hits refined, in f64, where the products are exact.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
-use crate::math::{Ray, gamma};
+use crate::math::Ray;
 use crate::planted::{self, Bug};
 
 /// A ray in the form the triangle test wants: computed once per ray.
@@ -32,7 +32,7 @@ pub struct TriangleHit {
 }
 
 /// A vertex relative to the ray: x', y' in the sheared plane, z' along the ray.
-type Sheared = [f32; 3];
+pub(crate) type Sheared = [f32; 3];
 
 impl ShearedRay {
     /// Prepares a ray; its `t_max` is not used.
@@ -66,27 +66,51 @@ impl ShearedRay {
     /// The hit with `0 < t ≤ t_max`, if any.
     #[inline(always)]
     pub fn triangle(&self, [a, b, c]: [Vec3; 3], t_max: f32) -> Option<TriangleHit> {
-        sheared_triangle(self.shear(a), self.shear(b), self.shear(c), t_max)
+        let hit = sheared_triangle(self.shear(a), self.shear(b), self.shear(c), t_max)?;
+        self.meets_plane([a, b, c]).then_some(hit)
+    }
+
+    /// Whether the plane of a triangle lies ahead of the ray. In f64 from the vertices themselves:
+    /// rounding of the shear can make a triangle of a line, and put the origin of a ray that has
+    /// just left the triangle on its other side.
+    #[inline(always)]
+    pub(super) fn meets_plane(&self, triangle: [Vec3; 3]) -> bool {
+        let [x, y, z] = self.axes;
+        let [a, b, c] = triangle.map(|v| {
+            let v = v.to_array();
+            DVec3::new(v[x].into(), v[y].into(), v[z].into())
+        });
+        let o = DVec3::new(
+            self.origin[x].into(),
+            self.origin[y].into(),
+            self.origin[z].into(),
+        );
+        let n = (b - a).cross(c - a);
+        // The direction, but for its length.
+        let [sx, sy, sz] = self.shear;
+        let d = DVec3::new(sx.into(), sy.into(), 1.0);
+        n.dot(a - o) * n.dot(d) * f64::from(sz) > 0.0
     }
 }
 
 /// Twice the signed area that the projected edge spans with the ray; negated when the ends are
 /// swapped, exactly.
 #[inline(always)]
-fn edge(p: Sheared, q: Sheared) -> f32 {
+pub(crate) fn edge(p: Sheared, q: Sheared) -> f32 {
     q[0] * p[1] - q[1] * p[0]
 }
 
 /// The same in f64, in which the products of two f32 are exact.
 #[inline(always)]
-fn edge_f64(p: Sheared, q: Sheared) -> f32 {
-    (f64::from(q[0]) * f64::from(p[1]) - f64::from(q[1]) * f64::from(p[0])) as f32
+fn edge_f64(p: Sheared, q: Sheared) -> f64 {
+    f64::from(q[0]) * f64::from(p[1]) - f64::from(q[1]) * f64::from(p[0])
 }
 
 /// Whether some weight is below zero and some above.
 #[inline(always)]
-fn disagree(u: f32, v: f32, w: f32) -> bool {
-    ((u < 0.0) | (v < 0.0) | (w < 0.0)) & ((u > 0.0) | (v > 0.0) | (w > 0.0))
+fn disagree<T: PartialOrd + Default>(u: T, v: T, w: T) -> bool {
+    let zero = T::default();
+    ((u < zero) | (v < zero) | (w < zero)) & ((u > zero) | (v > zero) | (w > zero))
 }
 
 /// The test in the ray's coordinates.
@@ -102,8 +126,8 @@ fn sheared_triangle(a: Sheared, b: Sheared, c: Sheared, t_max: f32) -> Option<Tr
 /// The test of what the rounded edge functions did not rule out.
 #[inline(always)]
 pub(super) fn exact(a: Sheared, b: Sheared, c: Sheared, t_max: f32) -> Option<TriangleHit> {
-    // What may be a hit gets exact products: they decide the zeros, and t stays within a few ulp
-    // however thin the triangle.
+    // What may be a hit is computed in f64: exact products decide the zeros, t stays within a few
+    // ulp however thin the triangle, and products of minute lengths do not underflow.
     let (u, v, w) = (edge_f64(b, c), edge_f64(c, a), edge_f64(a, b));
     if disagree(u, v, w) || planted::has(Bug::StrictEdges) && u * v * w == 0.0 {
         return None;
@@ -114,29 +138,14 @@ pub(super) fn exact(a: Sheared, b: Sheared, c: Sheared, t_max: f32) -> Option<Tr
     }
     // The weights have one sign, so t is an average of the three depths: it cannot leave their
     // range, however thin the triangle.
-    let t = (u * a[2] + v * b[2] + w * c[2]) / det;
+    let [za, zb, zc] = [a[2], b[2], c[2]].map(f64::from);
+    let t = ((u * za + v * zb + w * zc) / det) as f32;
     if !(t > 0.0 && t <= t_max) {
-        return None;
-    }
-    if a[2].min(b[2]).min(c[2]) <= 0.0 && t <= t_error(a, b, c, [u, v, w], det) {
         return None;
     }
     Some(TriangleHit {
         t,
-        b1: v / det,
-        b2: w / det,
+        b1: (v / det) as f32,
+        b2: (w / det) as f32,
     })
-}
-
-/// Bound on the error of t, for triangles that reach behind the ray's origin: below it, whether
-/// the hit is in front of the origin or behind is not known, and a ray that has just left the
-/// surface would find it again (Pharr, Jakob & Humphreys 2016, §3.9.6).
-#[cold]
-fn t_error(a: Sheared, b: Sheared, c: Sheared, [u, v, w]: [f32; 3], det: f32) -> f32 {
-    let largest = |i: usize| a[i].abs().max(b[i].abs()).max(c[i].abs());
-    let (x, y, z) = (largest(0), largest(1), largest(2));
-    let (dx, dy, dz) = (gamma(5) * (x + z), gamma(5) * (y + z), gamma(3) * z);
-    let d_edge = 2.0 * (gamma(2) * x * y + dy * x + dx * y);
-    let e = u.abs().max(v.abs()).max(w.abs());
-    3.0 * (gamma(3) * e * z + d_edge * z + dz * e) / det.abs()
 }

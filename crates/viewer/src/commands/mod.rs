@@ -14,7 +14,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use lightbox_core::color::ToneMap;
-use lightbox_core::scene::{BUILTIN, Phase};
+use lightbox_core::scene::{BUILTIN, BUILTIN_LAB, Phase};
 use lightbox_core::{Scene, SceneDesc, suggest};
 use serde::Serialize;
 
@@ -71,7 +71,8 @@ pub fn scene_path(given: &Path) -> Result<PathBuf, String> {
     if exists && !given.is_dir() {
         return Ok(given.to_owned());
     }
-    if let Some(path) = BUILTIN.iter().find(|path| bare(path) == bare(&name)) {
+    let mut builtin = BUILTIN.iter().chain(BUILTIN_LAB);
+    if let Some(path) = builtin.find(|path| bare(path) == bare(&name)) {
         return Ok(path.into());
     }
     if exists {
