@@ -411,7 +411,12 @@ fn test_run<L: Lanes>(
     while mask != 0 {
         let lane = mask.trailing_zeros();
         mask &= mask - 1;
-        let hit = runs.hit(&triangles, ray, (first, count, lane), search.limit());
+        let hit = runs.hit(
+            (&triangles, lane),
+            || *ray,
+            (first, count, lane),
+            search.limit(),
+        );
         offer_triangle(hit, Face(runs.tag(first, count, lane)), search);
     }
 }

@@ -239,7 +239,9 @@ impl<S: Search> Leaves for PacketLeaves<'_, S> {
                     let i = mask.trailing_zeros();
                     mask &= mask - 1;
                     let search = &mut self.searches[8 * group + i as usize % 8];
-                    offer_triangle(pairs.hit(i, search.limit()), face, search);
+                    let at = (first, count, lane);
+                    let hit = runs.hit((&pairs, i), || rays.get(i), at, search.limit());
+                    offer_triangle(hit, face, search);
                     limits[i as usize % 8] = search.limit();
                 }
                 hit_any = true;
@@ -332,7 +334,9 @@ where
     #[inline(always)]
     fn settle(&mut self) {
         for waiting in &self.candidates[..self.waiting] {
-            let Some(Slot { search, .. }) = &mut self.slots[usize::from(waiting.slot) % SLOTS]
+            let Some(Slot {
+                sheared, search, ..
+            }) = &mut self.slots[usize::from(waiting.slot) % SLOTS]
             else {
                 continue;
             };
@@ -340,8 +344,10 @@ where
             while mask != 0 {
                 let lane = mask.trailing_zeros();
                 mask &= mask - 1;
-                let hit = waiting.triangles.hit(lane, search.limit());
-                let tag = self.triangles.runs.tag(waiting.first, waiting.count, lane);
+                let runs = &self.triangles.runs;
+                let at = (waiting.first, waiting.count, lane);
+                let hit = runs.hit((&waiting.triangles, lane), || *sheared, at, search.limit());
+                let tag = runs.tag(waiting.first, waiting.count, lane);
                 offer_triangle(hit, Face(tag), search);
             }
         }

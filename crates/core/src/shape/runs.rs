@@ -96,16 +96,17 @@ impl TriangleRuns {
         L::prefetch(&self.words[first + count]);
     }
 
-    /// The hit of a candidate with `0 < t ≤ t_max`, if any: [`ShearedRay::triangle`].
+    /// The hit of a candidate pair of a ray and a triangle of a run with `0 < t ≤ t_max`, if any:
+    /// [`ShearedRay::triangle`].
     #[inline(always)]
     pub(crate) fn hit(
         &self,
-        apart: &Apart,
-        ray: &ShearedRay,
+        (pairs, pair): (&Apart, u32),
+        ray: impl FnOnce() -> ShearedRay,
         (first, count, lane): (u32, u32, u32),
         t_max: f32,
     ) -> Option<TriangleHit> {
-        let hit = apart.hit(lane, t_max)?;
+        let hit = pairs.hit(pair, t_max)?;
         let (n, i) = (count as usize, lane as usize);
         let run = &self.words[first as usize * WORDS..][..n * WORDS];
         let vertex = |v: usize| {
@@ -113,7 +114,7 @@ impl TriangleRuns {
             Vec3::new(axis(0), axis(1), axis(2))
         };
         let triangle = [vertex(0), vertex(1), vertex(2)];
-        ray.meets_plane(triangle).then_some(hit)
+        ray().meets_plane(triangle).then_some(hit)
     }
 
     /// The tag of a triangle of a run.
@@ -188,6 +189,21 @@ impl ShearedRays {
             }
         }
         Some(group)
+    }
+
+    /// One of the rays.
+    #[inline(always)]
+    pub fn get(&self, i: u32) -> ShearedRay {
+        let i = i as usize % 8;
+        let mut origin = [0.0; 3];
+        for k in 0..3 {
+            origin[self.axes[k]] = self.origin[k][i];
+        }
+        ShearedRay {
+            origin,
+            axes: self.axes,
+            shear: [0, 1, 2].map(|k| self.shear[k][i]),
+        }
     }
 
     /// A vertex in each ray's coordinates, as by `ShearedRay::shear` operation by operation.
@@ -345,7 +361,7 @@ mod test {
                         assert!(hit.is_none() || is_candidate, "{ray:?} {triangle:?}");
                         if is_candidate {
                             let at = (first, count, lane);
-                            let found = runs.hit(&found.apart(), &sheared, at, t_max);
+                            let found = runs.hit((&found.apart(), lane), || sheared, at, t_max);
                             assert_eq!(found, hit);
                         }
                         let hit = hit.is_some();
