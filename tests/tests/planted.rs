@@ -15,6 +15,9 @@ const CAUGHT_BY: &[(Bug, &str)] = &[
     (Bug::UReachesOne, "Y01"),
     (Bug::DimensionsShared, "Y07"),
     (Bug::InvalidSamplesKept, "F04"),
+    (Bug::StrictEdges, "T02"),
+    (Bug::SeedRootRule, "S04"),
+    (Bug::EpsilonTimes100, "I04"),
 ];
 
 /// Whether every figure of a case is within its bound. A probe that panics does not hold.
