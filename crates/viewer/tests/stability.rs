@@ -57,7 +57,7 @@ fn wait(what: &str, holds: impl Fn() -> bool) {
 /// Opens [`SCENE`] and waits for its picture.
 fn open(session: &Session, folder: &Path) -> SceneDesc {
     let path = folder.join("scene.toml");
-    std::fs::write(&path, SCENE).unwrap();
+    std::fs::write(&path, SCENE).expect("a folder to write to");
     session.open(&path);
     wait("the first picture", || is_done(session));
     (*session.status().desc).clone()
@@ -75,9 +75,9 @@ fn saved(session: &Session, folder: &Path) -> Image {
     session.save(path.clone());
     let start = Instant::now();
     loop {
-        for notice in session.take_notices() {
+        if let Some(notice) = session.take_notices().first() {
             assert!(!notice.is_error, "{}", notice.text);
-            return image_io::read(&path).unwrap();
+            return image_io::read(&path).unwrap_or_else(|e| panic!("{e}"));
         }
         assert!(start.elapsed() < PATIENCE, "the picture is not saved");
         std::thread::sleep(Duration::from_millis(2));
@@ -87,7 +87,8 @@ fn saved(session: &Session, folder: &Path) -> Image {
 /// The picture of a description, made from nothing.
 fn fresh(desc: &SceneDesc, folder: &Path) -> Image {
     let source = lightbox_core::scene::Source::from_desc(desc.clone(), &folder.join("scene.toml"));
-    let view = View::of(Arc::new(source.build(&|_| ()).unwrap())).unwrap();
+    let scene = source.build(&|_| ()).unwrap_or_else(|e| panic!("{e}"));
+    let view = View::of(Arc::new(scene)).unwrap_or_else(|e| panic!("{e}"));
     let film = view.film();
     view.render(&film, view.settings.samples, &AtomicBool::new(false));
     film.develop()

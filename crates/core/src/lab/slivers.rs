@@ -12,11 +12,11 @@ use crate::shape::{ShearedRay, unit_normal};
 
 pub(super) fn degenerate() -> Vec<Figure> {
     // From pbrt's tests.
-    let [x, z] = [-1113.454_59, -56.243_19];
+    let [x, z] = [-1_113.454_6, -56.243_19];
     let line = [-79.049_614, -87.092_27, -79.209_015].map(|y| Vec3::new(x, y, z));
     let d = DVec3::new(-32.107_299_8, -183.355_865, -144.607_635);
     let ray = Ray {
-        origin: Vec3::new(-1081.479_25, 99.999_954, 87.770_111),
+        origin: Vec3::new(-1_081.479_2, 99.999_954, 87.770_11),
         dir: d.normalize().as_vec3(),
         t_max: (0.9999 * d.length()) as f32,
     };

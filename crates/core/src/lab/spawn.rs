@@ -299,7 +299,7 @@ fn plates() -> Vec<Figure> {
                 continue;
             }
             let passes =
-                |origin| !cast(&geometry, &Ray::new(origin, w)).is_some_and(|hit| hit.prim == 1);
+                |origin| cast(&geometry, &Ray::new(origin, w)).is_none_or(|hit| hit.prim != 1);
             tunnels += usize::from(passes(point.leave(w)));
             tunnels_naive += usize::from(passes(naive::leave(point.p, Vec3::Y, w, 1e-3)));
         }
