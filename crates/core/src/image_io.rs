@@ -150,7 +150,7 @@ pub(crate) fn encode_exr(image: &Image, text: &str) -> Result<Vec<u8>, String> {
     Ok(bytes.into_inner())
 }
 
-/// The text that [`write`] has put beside the pixels, if any. The error is one line.
+/// The text that [`write()`] has put beside the pixels, if any. The error is one line.
 pub fn read_text(path: &Path) -> Result<Option<String>, String> {
     let format = Format::of(path)?;
     let file =

@@ -1,5 +1,5 @@
 //! Defects to plant on purpose, so that a test can see the lab's cases fail. The feature
-//! `planted` makes them possible; without it [`has`] is a constant and nothing of them is left in
+//! `planted` makes them possible; without it `has` is a constant and nothing of them is left in
 //! the binary.
 
 #[cfg(feature = "planted")]

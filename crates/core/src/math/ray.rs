@@ -77,7 +77,7 @@ mod tests {
 
     #[test]
     fn rounding_never_goes_against_the_direction() {
-        for exact in [1.0 + 1e-9, 1.0 - 1e-9, -1e-60, 1234.567_89, -0.3, 1.0] {
+        for exact in [1.0 + 1e-9, 1.0 - 1e-9, -1e-60, 1_234.567_89, -0.3, 1.0] {
             for along in [1.0, -1.0] {
                 let error = |p: Vec3| f64::from(p.x) - exact;
                 let e = error(round_along(DVec3::splat(exact), DVec3::splat(along)));
