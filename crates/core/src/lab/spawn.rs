@@ -25,7 +25,7 @@ pub(super) const CASES: &[Case] = &[
         id: "I02",
         title: "a room a thousand times smaller",
         failure: "A fixed start is suddenly large: shadows come off their objects.",
-        cure: "No absolute number anywhere: paths in a scene scaled by 2ᵏ are the same, bit for bit.",
+        cure: "No absolute number anywhere: paths in a scene scaled by a power of two are the same, bit for bit.",
         check: Check::Probe(small_room),
         scene: Some("builtin:lab/small-room.toml"),
         picture: Some(pictures::small_room),

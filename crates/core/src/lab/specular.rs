@@ -94,7 +94,7 @@ pub(super) fn fresnel_angles() -> Vec<Figure> {
     slab.mean(&means, 0.923_076_9);
     let mut figures = vec![
         Figure {
-            what: "largest error of R at normal incidence and of R∥ at Brewster's angle",
+            what: "largest error of R at normal incidence and of its parallel part at Brewster's angle",
             naive: None,
             lightbox: normal[0].max(normal[1]).max(parallel.abs()),
             bound: Bound::AtMost(1e-6),

@@ -63,7 +63,7 @@ pub(super) const CASES: &[Case] = &[
         id: "S06",
         title: "minute and huge spheres",
         failure: "Products of 10⁻²⁵ underflow to 0 and those of 10²⁵ overflow, so the sphere is lost.",
-        cure: "f64 has the room; a scene scaled by 2ᵏ gives distances scaled by 2ᵏ, bit for bit.",
+        cure: "f64 has the room; scaling a scene by a power of two scales distances, bit for bit.",
         check: Check::Probe(scaled),
         scene: None,
         picture: None,

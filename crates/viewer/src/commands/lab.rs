@@ -102,19 +102,22 @@ pub fn run(args: &LabArgs) -> Result<Outcome, String> {
     })
 }
 
-/// The cases of some ids, in the order asked for; all of them if none is given.
+/// The cases of some ids, in the order asked for, each once; all of them if none is given.
 fn chosen(ids: &[String]) -> Result<Vec<&'static Case>, String> {
     if ids.is_empty() {
         return Ok(cases().collect());
     }
-    ids.iter()
-        .map(|id| {
-            find(id).ok_or_else(|| {
-                let all: Vec<_> = cases().map(|case| case.id).collect();
-                format!("{id}: no such case{}", suggest::among(id, &all))
-            })
-        })
-        .collect()
+    let mut chosen: Vec<&Case> = Vec::new();
+    for id in ids {
+        let case = find(id).ok_or_else(|| {
+            let all: Vec<_> = cases().map(|case| case.id).collect();
+            format!("{id}: no such case{}", suggest::among(id, &all))
+        })?;
+        if chosen.iter().all(|known| known.id != case.id) {
+            chosen.push(case);
+        }
+    }
+    Ok(chosen)
 }
 
 fn measure(case: &Case) -> Run {
