@@ -84,7 +84,7 @@ pub(super) const CASES: &[Case] = &[
     Case {
         id: "V08",
         title: "a chain 64 deep",
-        failure: "Points at 2⁻ⁱ make a tree as deep as there are points, and the walk's stack \
+        failure: "Points at ever halved distances make a tree as deep as there are points, and the walk's stack \
                   overflows.",
         cure: "The builder's greatest depth is the stack's capacity.",
         check: Check::Probe(deep),
