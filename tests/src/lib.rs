@@ -1,5 +1,8 @@
 //! The headless harness: shipped scenes and pictures of them.
 
+pub mod properties;
+pub mod random;
+
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;

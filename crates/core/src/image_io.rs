@@ -61,6 +61,9 @@ pub fn check_writable(path: &Path) -> Result<(), String> {
 
 /// Writes a picture as PNG or EXR, by extension, with a text. The tone map is for PNG.
 pub fn write(path: &Path, image: &Image, tone: ToneMap, text: &str) -> Result<(), String> {
+    if image.pixels.is_empty() {
+        return Err(format!("{}: the picture has no pixels", path.display()));
+    }
     let bytes = match Format::of(path)? {
         Format::Png => encode_png(image, tone, text),
         Format::Exr => encode_exr(image, text),

@@ -5,7 +5,7 @@
 
 use rayon::prelude::*;
 
-use super::search::{Any, Face, Nearest, Search, offer_triangle};
+use super::search::{Any, Face, Nearest, Search, offer_triangle, reach};
 use super::{Hit, Primitives};
 use crate::accel::bvh::{self, Leaves};
 use crate::accel::{self, Bvh, KdTree, TreeStats};
@@ -224,7 +224,7 @@ impl Geometry {
     pub fn intersect(&self, ray: &Ray, is_emitter: impl Fn(u32) -> bool) -> Option<Hit> {
         let mut nearest = Nearest {
             is_emitter,
-            t_max: ray.t_max,
+            t_max: reach(ray),
             face: Face::NONE,
             b: [0.0; 2],
         };
@@ -237,7 +237,7 @@ impl Geometry {
     pub fn occluded(&self, ray: &Ray, except: u32) -> bool {
         let mut any = Any {
             except,
-            t_max: ray.t_max.max(0.0), // −∞ means found.
+            t_max: reach(ray),
         };
         self.search(ray, &mut any);
         any.found()

@@ -2,6 +2,7 @@
 //! whatever order they come.
 
 use super::{Hit, Primitives};
+use crate::math::Ray;
 use crate::shape::TriangleHit;
 
 /// Relative distance within which an emitter wins against a surface in the same place.
@@ -37,6 +38,13 @@ pub(super) trait Search {
     fn limit(&self) -> f32;
     /// Takes note of a hit; `b` are a triangle's second and third barycentric.
     fn offer(&mut self, t: f32, face: Face, b: [f32; 2]);
+}
+
+/// How far a ray is followed at first: a finite distance, or NaN. Arithmetic beyond the range of f32
+/// can give an infinite one, which is no hit; minus infinity is the sign of a finished search.
+#[inline(always)]
+pub(super) fn reach(ray: &Ray) -> f32 {
+    ray.t_max.clamp(f32::MIN, f32::MAX)
 }
 
 /// The nearest hit.

@@ -4,7 +4,7 @@ use std::array::from_fn;
 use std::ops::Range;
 
 use super::cast::{Accel, Geometry, Triangles};
-use super::search::{Any, Face, Nearest, Search, offer_triangle};
+use super::search::{Any, Face, Nearest, Search, offer_triangle, reach};
 use super::{Hit, Primitives};
 use crate::accel::Bvh;
 use crate::accel::bvh::{Leaves, Packet, SLOTS, Stream};
@@ -36,7 +36,7 @@ impl Geometry {
             let ray = ray(i);
             let nearest = Nearest {
                 is_emitter,
-                t_max: ray.t_max,
+                t_max: reach(ray),
                 face: Face::NONE,
                 b: [0.0; 2],
             };
@@ -60,7 +60,7 @@ impl Geometry {
             let (ray, except) = ray(i);
             let any = Any {
                 except,
-                t_max: ray.t_max,
+                t_max: reach(ray),
             };
             (ray, any)
         };

@@ -1,0 +1,4 @@
+//! See `lightbox_tests::properties::images`.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| lightbox_tests::properties::images(bytes));

@@ -1,0 +1,96 @@
+//! Sampling of lights.
+
+use glam::Vec3;
+use lightbox_core::geometry::{Primitive, Primitives};
+use lightbox_core::light::Lights;
+use lightbox_core::shape::{Quad, Sphere};
+
+use super::draw::Draw;
+
+/// Samples of a few emitters from reference points anywhere: a finite positive density or none,
+/// the point on the emitter and its front towards the reference, and the same density when asked.
+pub fn lights(bytes: &[u8]) {
+    let mut draw = Draw::new(bytes);
+    let mut primitives = Primitives::default();
+    for _ in 0..=draw.below(4) {
+        let [a, b, c] = [0; 3].map(|_| draw.point(16));
+        match draw.below(4) {
+            0 => primitives.triangles.push([a, b, c]),
+            1 => primitives.quads.push(Quad::new([a, b, c, a + (c - b)])),
+            2 => {
+                // A rectangle: what most lamps are.
+                let (x, y) = (draw.direction(), draw.coordinate(16));
+                let (x, y) = (x * draw.coordinate(16), x.any_orthonormal_vector() * y);
+                primitives
+                    .quads
+                    .push(Quad::new([a, a + x, a + x + y, a + y]));
+            }
+            _ => {
+                let radius = draw.coordinate(16).abs();
+                if radius > 0.0 {
+                    primitives.spheres.push(Sphere { center: a, radius });
+                }
+            }
+        }
+    }
+    let emitters = (0..primitives.len() as u32).map(|id| (id, f64::from(primitives.area(id))));
+    let lights = Lights::new(&primitives, emitters);
+    for _ in 0..8 {
+        let p = match draw.below(4) {
+            0 => draw.any_point(),
+            1 if !primitives.is_empty() => {
+                let box_ = primitives.bounds(draw.below(primitives.len()) as u32);
+                draw.of(&[box_.min, box_.max, box_.center()])
+            }
+            _ => draw.point(16),
+        };
+        let (pick, u) = (draw.unit(), [draw.unit(), draw.unit()]);
+        let Some(sample) = lights.sample(p, || pick, || u) else {
+            continue;
+        };
+        let what = || format!("{:?} from {p:?}: {sample:?}", primitives.get(sample.prim));
+        assert!(sample.pdf > 0.0 && sample.pdf.is_finite(), "{}", what());
+        let asked = lights.pdf(p, sample.prim, sample.point.p);
+        assert_eq!(asked, sample.pdf, "{}", what());
+        assert!((sample.point.n.length() - 1.0).abs() < 1e-6, "{}", what());
+        check_on(
+            &primitives.get(sample.prim),
+            sample.point.p,
+            sample.point.p_err,
+            &what,
+        );
+        let q = sample.point.p.as_dvec3();
+        let side = (p.as_dvec3() - q).dot(sample.point.n.as_dvec3());
+        // How far rounding moves the point, and on a sphere how far that turns the normal.
+        let size = p.abs().max_element() + sample.point.p.abs().max_element();
+        let turn = match primitives.get(sample.prim) {
+            Primitive::Sphere(sphere) => (sample.point.p_err / sphere.radius).length(),
+            Primitive::Triangle(_) | Primitive::Quad(_) => 1e-6,
+        };
+        let moved = f64::from(1e-6 * size) + sample.point.p_err.as_dvec3().length();
+        let error = f64::from(turn) * p.as_dvec3().distance(q) + moved;
+        assert!(side > -error, "{}: from behind", what());
+    }
+}
+
+/// Whether `q` ± `q_err` lies on the shape.
+fn check_on(shape: &Primitive, q: Vec3, q_err: Vec3, what: &dyn Fn() -> String) {
+    let off = match *shape {
+        Primitive::Triangle(triangle) => off_plane(triangle, q),
+        // Its corners are not exactly in one plane.
+        Primitive::Quad(quad) => {
+            let [a, b, c, d] = quad.corners();
+            off_plane([a, b, c], q).min(off_plane([a, c, d], q))
+        }
+        Primitive::Sphere(Sphere { center, radius }) => {
+            ((q.as_dvec3() - center.as_dvec3()).length() - f64::from(radius)).abs()
+        }
+    };
+    assert!(off <= q_err.as_dvec3().length(), "{}: off by {off}", what());
+}
+
+fn off_plane([a, b, c]: [Vec3; 3], q: Vec3) -> f64 {
+    let [a, b, c, q] = [a, b, c, q].map(|p| p.as_dvec3());
+    let n = (b - a).cross(c - a).normalize_or_zero();
+    (q - a).dot(n).abs()
+}

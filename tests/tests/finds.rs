@@ -1,0 +1,121 @@
+//! What fuzzing has found, each as the smallest case that showed it.
+
+use glam::Vec3;
+use lightbox_core::color::ToneMap;
+use lightbox_core::geometry::{Geometry, Primitives};
+use lightbox_core::light::Lights;
+use lightbox_core::math::Ray;
+use lightbox_core::scene::CameraDesc;
+use lightbox_core::shape::{ShearedRay, Sphere};
+use lightbox_core::{AccelKind, Camera, Image, image_io};
+
+fn sphere(center: Vec3, radius: f32) -> Primitives {
+    Primitives {
+        spheres: vec![Sphere { center, radius }],
+        ..Primitives::default()
+    }
+}
+
+/// The radius is below the rounding of the centre: the point of the surface is the centre, and
+/// the way from there to itself has no direction.
+#[test]
+fn a_minute_sphere_far_out_has_a_normal() {
+    let center = Vec3::new(-38_495.043, 36_316.41, 2.0);
+    let primitives = sphere(center, 1e-4);
+    let lights = Lights::new(&primitives, [(0, 1.0)]);
+    let sample = lights
+        .sample(Vec3::ZERO, || 0.5, || [0.5, 0.5])
+        .expect("it shines everywhere");
+    assert!(
+        sample.point.p.is_finite() && sample.point.n.is_normalized(),
+        "{sample:?}"
+    );
+
+    let ray = Ray::new(center + Vec3::X, -Vec3::X);
+    let geometry = Geometry::build(primitives, AccelKind::Brute);
+    let hit = geometry.intersect(&ray, |_| false).expect("in the middle");
+    let point = geometry.primitives().surface_point(&ray, &hit);
+    assert!(point.p.is_finite() && point.n.is_normalized(), "{point:?}");
+}
+
+/// A product overflows, and an infinite distance was within an infinite `t_max`.
+#[test]
+fn an_infinite_distance_is_no_hit() {
+    let (x, y) = (1e15 * Vec3::X, 1e15 * Vec3::Y);
+    let primitives = Primitives {
+        triangles: vec![[x - y, y, -x - y]],
+        ..Primitives::default()
+    };
+    let geometry = Geometry::build(primitives, AccelKind::Brute);
+    let ray = Ray::new(Vec3::new(0.0, 0.0, 1e20), -Vec3::Z);
+    let hit = geometry.intersect(&ray, |_| false);
+    assert!(hit.is_none_or(|h| h.t.is_finite()), "{hit:?}");
+}
+
+/// Nothing lies within a reach of minus infinity, which is also the sign of a finished search.
+#[test]
+fn a_ray_without_reach_is_not_occluded() {
+    let ray = Ray {
+        t_max: f32::NEG_INFINITY,
+        ..Ray::new(-3.0 * Vec3::X, Vec3::X)
+    };
+    for kind in AccelKind::ALL {
+        let geometry = Geometry::build(sphere(Vec3::ZERO, 1.0), *kind);
+        assert!(!geometry.occluded(&ray, u32::MAX), "{kind}");
+    }
+}
+
+/// An EXR file without pixels was written that nothing could read.
+#[test]
+fn a_picture_without_pixels_is_not_written() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let empty = Image {
+        width: 4,
+        height: 0,
+        pixels: Vec::new(),
+    };
+    for name in ["empty.exr", "empty.png"] {
+        let path = folder.path().join(name);
+        let message =
+            image_io::write(&path, &empty, ToneMap::default(), "").expect_err("no pixels");
+        assert!(message.contains("no pixels") && !path.exists(), "{message}");
+    }
+}
+
+/// Pixels are ten million units apart at a field of view just below 180 degrees: counted from the
+/// corner of the picture, the axis was lost in their sum.
+#[test]
+fn the_widest_camera_has_rays() {
+    let desc = CameraDesc {
+        eye: Vec3::new(-1.0, -0.024_856_532, 0.5),
+        target: Vec3::new(0.023_835_784, -8.0, 0.5),
+        up: Vec3::Z,
+        fov: 180f32.next_down(),
+    };
+    for (width, height) in [(1, 1), (51, 37), (16_384, 64)] {
+        let camera = Camera::new(&desc, width, height).expect("a camera");
+        let (x, y) = (width as f32 * 0.5, height as f32 * 0.5);
+        let middle = camera.ray([0, 0], [x - 0.5, y - 0.5]);
+        assert!(
+            (middle.dir - camera.forward()).length() < 1e-6,
+            "{middle:?}"
+        );
+    }
+}
+
+/// A triangle 2000 long that the ray starts beside and meets far ahead, almost edge-on: the bound
+/// on the error of the distance was taken from the vertex farthest away, and the hit was dropped
+/// as one that might lie behind.
+#[test]
+fn a_long_triangle_beside_the_origin_is_hit_ahead() {
+    let triangle = [
+        Vec3::new(0.0, 1.0, -2154.078),
+        Vec3::new(-1.0, 0.0, -2.0),
+        Vec3::new(0.25, 0.0, 2.0),
+    ];
+    let dir = Vec3::new(0.000_754_382_8, 0.000_464_235_58, -0.999_999_6);
+    let ray = Ray::new(Vec3::new(-1.0, 0.0, 0.0), dir);
+    let hit = ShearedRay::new(&ray).triangle(triangle, f32::MAX);
+    let t = hit.expect("it is ahead").t;
+    assert!((t - 1077.0436).abs() < 0.6, "{t}");
+}
