@@ -36,7 +36,7 @@ impl Geometry {
             let ray = ray(i);
             let nearest = Nearest {
                 is_emitter,
-                t_max: reach(ray),
+                t_max: reach(&ray),
                 face: Face::NONE,
                 b: [0.0; 2],
             };
@@ -60,7 +60,7 @@ impl Geometry {
             let (ray, except) = ray(i);
             let any = Any {
                 except,
-                t_max: reach(ray),
+                t_max: reach(&ray),
             };
             (ray, any)
         };
