@@ -96,7 +96,7 @@ fn spawn(geometry: &Geometry, rng: &mut Pcg, is_planted: bool) -> [u64; 2] {
     };
     let mut point = primitives.surface_point(&ray, &hit);
     if is_planted {
-        point.p_err = Vec3::ZERO;
+        point.surface = [0.0; 2];
     }
     let w = rng.direction();
     let naive = Ray::new(point.p + NAIVE * point.n * w.dot(point.n).signum(), w);

@@ -53,28 +53,25 @@ pub fn lights(bytes: &[u8]) {
         let asked = lights.pdf(p, sample.prim, sample.point.p);
         assert_eq!(asked, sample.pdf, "{}", what());
         assert!((sample.point.n.length() - 1.0).abs() < 1e-6, "{}", what());
-        check_on(
-            &primitives.get(sample.prim),
-            sample.point.p,
-            sample.point.p_err,
-            &what,
-        );
+        let [below, above] = sample.point.surface.map(|h| f64::from(h.abs()));
+        let off = below.max(above);
+        check_on(&primitives.get(sample.prim), sample.point.p, off, &what);
         let q = sample.point.p.as_dvec3();
         let side = (p.as_dvec3() - q).dot(sample.point.n.as_dvec3());
         // How far rounding moves the point, and on a sphere how far that turns the normal.
-        let size = p.abs().max_element() + sample.point.p.abs().max_element();
+        let size = f64::from(p.abs().max_element() + sample.point.p.abs().max_element());
+        let moved = 1e-6 * size + off;
         let turn = match primitives.get(sample.prim) {
-            Primitive::Sphere(sphere) => (sample.point.p_err / sphere.radius).length(),
+            Primitive::Sphere(sphere) => moved / f64::from(sphere.radius),
             Primitive::Triangle(_) | Primitive::Quad(_) => 1e-6,
         };
-        let moved = f64::from(1e-6 * size) + sample.point.p_err.as_dvec3().length();
-        let error = f64::from(turn) * p.as_dvec3().distance(q) + moved;
+        let error = turn * p.as_dvec3().distance(q) + moved;
         assert!(side > -error, "{}: from behind", what());
     }
 }
 
-/// Whether `q` ± `q_err` lies on the shape.
-fn check_on(shape: &Primitive, q: Vec3, q_err: Vec3, what: &dyn Fn() -> String) {
+/// Whether `q` is no further from the shape than `error`.
+fn check_on(shape: &Primitive, q: Vec3, error: f64, what: &dyn Fn() -> String) {
     let off = match *shape {
         Primitive::Triangle(triangle) => off_plane(triangle, q),
         // Its corners are not exactly in one plane.
@@ -86,7 +83,7 @@ fn check_on(shape: &Primitive, q: Vec3, q_err: Vec3, what: &dyn Fn() -> String) 
             ((q.as_dvec3() - center.as_dvec3()).length() - f64::from(radius)).abs()
         }
     };
-    assert!(off <= q_err.as_dvec3().length(), "{}: off by {off}", what());
+    assert!(off <= error, "{}: off by {off}", what());
 }
 
 fn off_plane([a, b, c]: [Vec3; 3], q: Vec3) -> f64 {
