@@ -72,17 +72,19 @@ pub fn lights(bytes: &[u8]) {
 
 /// Whether `q` is no further from the shape than `error`.
 fn check_on(shape: &Primitive, q: Vec3, error: f64, what: &dyn Fn() -> String) {
+    // How far rounding moves it along the surface.
+    let sideways = 1e-7 * q.as_dvec3().length();
     let off = match *shape {
         Primitive::Triangle(triangle) => off_plane(triangle, q),
-        // Its corners are not exactly in one plane.
+        // Its corners are not exactly in one plane, and its normal is between those of its halves.
         Primitive::Quad(quad) => {
             let [a, b, c, d] = quad.corners();
-            off_plane([a, b, c], q).min(off_plane([a, c, d], q))
+            let tilt = off_plane([a, b, c], d) / f64::from(quad.area()).sqrt();
+            off_plane([a, b, c], q).min(off_plane([a, c, d], q)) - tilt * sideways
         }
         Primitive::Sphere(Sphere { center, radius }) => {
             let away = (q.as_dvec3() - center.as_dvec3()).length();
-            // Moved sideways by rounding, it is that much off by the sphere's curvature.
-            let sideways = 1e-7 * q.as_dvec3().length();
+            // Off by the sphere's curvature.
             (away - f64::from(radius)).abs() - sideways * sideways / f64::from(radius)
         }
     };
