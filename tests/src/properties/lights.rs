@@ -79,7 +79,8 @@ fn check_on(shape: &Primitive, q: Vec3, error: f64, what: &dyn Fn() -> String) {
         // Its corners are not exactly in one plane, and its normal is between those of its halves.
         Primitive::Quad(quad) => {
             let [a, b, c, d] = quad.corners();
-            let tilt = off_plane([a, b, c], d) / f64::from(quad.area()).sqrt();
+            let longest = f64::from((b - a).length().max((d - a).length()));
+            let tilt = off_plane([a, b, c], d) * longest / f64::from(quad.area());
             off_plane([a, b, c], q).min(off_plane([a, c, d], q)) - tilt * sideways
         }
         Primitive::Sphere(Sphere { center, radius }) => {
