@@ -53,14 +53,12 @@ pub fn lights(bytes: &[u8]) {
         let asked = lights.pdf(p, sample.prim, sample.point.p);
         assert_eq!(asked, sample.pdf, "{}", what());
         assert!((sample.point.n.length() - 1.0).abs() < 1e-6, "{}", what());
-        let [below, above] = sample.point.surface.map(|h| f64::from(h.abs()));
-        let off = below.max(above);
-        check_on(&primitives.get(sample.prim), sample.point.p, off, &what);
+        let size = f64::from(p.abs().max_element() + sample.point.p.abs().max_element());
+        let moved = 1e-6 * size;
+        check_on(&primitives.get(sample.prim), sample.point.p, moved, &what);
         let q = sample.point.p.as_dvec3();
         let side = (p.as_dvec3() - q).dot(sample.point.n.as_dvec3());
         // How far rounding moves the point, and on a sphere how far that turns the normal.
-        let size = f64::from(p.abs().max_element() + sample.point.p.abs().max_element());
-        let moved = 1e-6 * size + off;
         let turn = match primitives.get(sample.prim) {
             Primitive::Sphere(sphere) => moved / f64::from(sphere.radius),
             Primitive::Triangle(_) | Primitive::Quad(_) => 1e-6,
@@ -70,23 +68,17 @@ pub fn lights(bytes: &[u8]) {
     }
 }
 
-/// Whether `q` is no further from the shape than `error`.
+/// Whether `q` is no further from the shape than `error`, some ulp of the coordinates.
 fn check_on(shape: &Primitive, q: Vec3, error: f64, what: &dyn Fn() -> String) {
-    // How far rounding moves it along the surface.
-    let sideways = 1e-7 * q.as_dvec3().length();
     let off = match *shape {
         Primitive::Triangle(triangle) => off_plane(triangle, q),
-        // Its corners are not exactly in one plane, and its normal is between those of its halves.
+        // Its corners are not exactly in one plane.
         Primitive::Quad(quad) => {
             let [a, b, c, d] = quad.corners();
-            let longest = f64::from((b - a).length().max((d - a).length()));
-            let tilt = off_plane([a, b, c], d) * longest / f64::from(quad.area());
-            off_plane([a, b, c], q).min(off_plane([a, c, d], q)) - tilt * sideways
+            off_plane([a, b, c], q).min(off_plane([a, c, d], q))
         }
         Primitive::Sphere(Sphere { center, radius }) => {
-            let away = (q.as_dvec3() - center.as_dvec3()).length();
-            // Off by the sphere's curvature.
-            (away - f64::from(radius)).abs() - sideways * sideways / f64::from(radius)
+            ((q.as_dvec3() - center.as_dvec3()).length() - f64::from(radius)).abs()
         }
     };
     assert!(off <= error, "{}: off by {off}", what());
