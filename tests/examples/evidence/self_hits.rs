@@ -1,7 +1,6 @@
 //! Rays that leave a surface, at any scale and far from the origin: none may find the point that
 //! it comes from.
 
-use glam::Vec3;
 use lightbox_core::AccelKind;
 use lightbox_core::geometry::{Geometry, Primitive, Primitives, SurfacePoint};
 use lightbox_core::math::Ray;
