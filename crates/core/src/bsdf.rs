@@ -45,7 +45,7 @@ impl Bsdf {
     }
 
     /// Probability that [`Bsdf::sample`] takes the diffuse lobe.
-    fn diffuse_share(&self) -> f32 {
+    pub(crate) fn diffuse_share(&self) -> f32 {
         match self {
             Self::Diffuse(_) => 1.0,
             Self::Blend { diffuse, mirror } => {
@@ -75,11 +75,11 @@ impl Bsdf {
         u: impl FnOnce() -> [f32; 2],
     ) -> Option<BsdfSample> {
         let diffuse = |reflectance: Vec3, share: f32| {
-            let local = warp::cosine_hemisphere(u());
-            (local.z > 0.0).then(|| BsdfSample {
-                wi: Frame::around(n).world_from_local(local).normalize(),
+            let (wi, pdf) = diffuse_direction(n, u());
+            (pdf > 0.0).then(|| BsdfSample {
+                wi,
                 weight: reflectance / share,
-                pdf: share * local.z * std::f32::consts::FRAC_1_PI,
+                pdf: share * pdf,
                 specular: false,
             })
         };
@@ -133,6 +133,14 @@ impl Bsdf {
             }
         }
     }
+}
+
+/// A direction off a diffuse surface with unit normal `n`, and its density per solid angle, cos/π.
+#[inline(always)]
+pub(crate) fn diffuse_direction(n: Vec3, u: [f32; 2]) -> (Vec3, f32) {
+    let local = warp::cosine_hemisphere(u);
+    let wi = Frame::around(n).world_from_local(local).normalize();
+    (wi, local.z * std::f32::consts::FRAC_1_PI)
 }
 
 /// `wo` mirrored about `n`.

@@ -5,7 +5,7 @@
 
 use glam::{DVec3, Vec2, Vec3};
 
-use crate::math::{Aabb, Ray, offset_origin, round_along};
+use crate::math::{Aabb, Floats, GROUP, Ray, Vectors, offset_origin, round_along};
 use crate::shape::{Quad, Sphere, triangle_area, unit_normal};
 
 pub use cast::Geometry;
@@ -43,6 +43,15 @@ pub enum Primitive {
     Sphere(Sphere),
 }
 
+/// Where a ray has hit something.
+pub(crate) enum Place {
+    /// On a triangle, or one of a quad's, at these second and third barycentric coordinates: many
+    /// such points are computed side by side.
+    OnTriangle([Vec3; 3], [f32; 2]),
+    /// On a sphere, here.
+    At(SurfacePoint),
+}
+
 /// Nearest hit of a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
@@ -67,8 +76,47 @@ pub struct SurfacePoint {
     pub surface: [f32; 2],
 }
 
+/// Points on surfaces, side by side.
+#[derive(Debug)]
+pub(crate) struct SurfacePoints {
+    pub p: Vectors,
+    n: Vectors,
+    surface: [Floats; 2],
+}
+
+impl Default for SurfacePoints {
+    fn default() -> Self {
+        Self {
+            p: Vectors::default(),
+            n: Vectors::default(),
+            surface: [[0.0; GROUP]; 2],
+        }
+    }
+}
+
+impl SurfacePoints {
+    #[inline(always)]
+    pub fn get(&self, lane: usize) -> SurfacePoint {
+        SurfacePoint {
+            p: self.p.get(lane),
+            n: self.n.get(lane),
+            surface: [self.surface[0][lane], self.surface[1][lane]],
+        }
+    }
+
+    #[inline(always)]
+    pub fn set(&mut self, lane: usize, point: &SurfacePoint) {
+        self.p.set(lane, point.p);
+        self.n.set(lane, point.n);
+        for (heights, height) in self.surface.iter_mut().zip(point.surface) {
+            heights[lane] = height;
+        }
+    }
+}
+
 impl SurfacePoint {
     /// Origin for a ray that leaves in direction `w`.
+    #[inline(always)]
     pub fn leave(&self, w: Vec3) -> Vec3 {
         let [low, high] = self.surface;
         let height = if w.dot(self.n) < 0.0 {
@@ -80,6 +128,7 @@ impl SurfacePoint {
     }
 
     /// The point of a triangle with barycentric coordinates (1−b1−b2, b1, b2).
+    #[inline(always)]
     pub fn of_triangle(triangle: [Vec3; 3], b: [f32; 2]) -> Self {
         let [v0, v1, v2] = triangle;
         Self::of_triangle_with(triangle, unit_normal(v1 - v0, v2 - v0), b)
@@ -89,6 +138,7 @@ impl SurfacePoint {
     /// of the point is left: between plates two ulp apart there has to be room for the start of
     /// a ray. That rounding is towards the middle of the triangle, so that a point near the edge
     /// does not get onto the neighbour's plane, from where a ray would not see the neighbour.
+    #[inline(always)]
     pub fn of_triangle_with(triangle: [Vec3; 3], n: Vec3, [b1, b2]: [f32; 2]) -> Self {
         let [v0, v1, v2] = triangle.map(|v| v.as_dvec3());
         let (b1, b2) = (f64::from(b1), f64::from(b2));
@@ -103,9 +153,10 @@ impl SurfacePoint {
     }
 
     /// The point (u, v) of a quad.
+    #[inline(always)]
     pub fn of_quad(quad: &Quad, u: f32, v: f32) -> Self {
         let (triangle, b) = quad.triangle_at(u, v);
-        Self::of_triangle_with(triangle, quad.normal(), b)
+        Self::of_triangle(triangle, b)
     }
 
     /// The point of a sphere next to `p`, which may have drifted off it.
@@ -119,6 +170,7 @@ impl SurfacePoint {
 
     /// A point known in f64, computed there from coordinates up to `largest`, rounded along a
     /// direction.
+    #[inline(always)]
     fn rounded(exact: DVec3, n: Vec3, along: DVec3, largest: DVec3) -> Self {
         let p = round_along(exact, along);
         let (normal, error) = (n.as_dvec3(), exact - p.as_dvec3());
@@ -189,10 +241,22 @@ impl Primitives {
 
     /// The surface at a hit of `ray`.
     pub fn surface_point(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+        match self.place(ray, hit) {
+            Place::OnTriangle(triangle, b) => SurfacePoint::of_triangle(triangle, b),
+            Place::At(point) => point,
+        }
+    }
+
+    /// Where `ray` has hit something.
+    #[inline(always)]
+    pub(crate) fn place(&self, ray: &Ray, hit: &Hit) -> Place {
         match self.get(hit.prim) {
-            Primitive::Triangle(triangle) => SurfacePoint::of_triangle(triangle, [hit.u, hit.v]),
-            Primitive::Quad(quad) => SurfacePoint::of_quad(&quad, hit.u, hit.v),
-            Primitive::Sphere(sphere) => SurfacePoint::of_sphere(&sphere, ray.at(hit.t)),
+            Primitive::Triangle(triangle) => Place::OnTriangle(triangle, [hit.u, hit.v]),
+            Primitive::Quad(quad) => {
+                let (triangle, b) = quad.triangle_at(hit.u, hit.v);
+                Place::OnTriangle(triangle, b)
+            }
+            Primitive::Sphere(sphere) => Place::At(SurfacePoint::of_sphere(&sphere, ray.at(hit.t))),
         }
     }
 

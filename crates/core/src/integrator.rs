@@ -13,27 +13,23 @@
 //! The background is not aimed at: it counts fully in every method.
 //!
 //! Paths advance together, a bounce at a time, as a [`Wave`]: all their rays are cast, then all
-//! hits are shaded, then all shadow rays are cast. No path sees another, so what a path finds
-//! does not depend on its wave.
+//! hits are shaded, [`GROUP`] side by side, then all shadow rays are cast. No path sees another, so
+//! what a path finds does not depend on its wave.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::Vec3;
 
-use crate::bsdf::Bsdf;
-use crate::geometry::{Hit, SurfacePoint};
-use crate::math::Ray;
+use crate::geometry::Hit;
+use crate::math::{GROUP, Ray};
 use crate::planted::{self, Bug};
-use crate::sampler::{Dim, Sampler};
+use crate::sampler::Sampler;
 use crate::scene::Scene;
 use crate::settings::Method;
+use crate::simd::Kernel;
+use vertices::Vertices;
 
-/// Bounces that every path takes before Russian roulette may end it.
-const ROULETTE_FROM: u32 = 3;
-
-/// Bounds on the probability that a path survives roulette: below, weights would explode; above,
-/// a path between perfect mirrors would never end.
-const SURVIVAL: (f32, f32) = (0.05, 0.95);
+mod vertices;
 
 /// Density of a direction that was the only one possible: from the camera, mirror or glass.
 const ONLY: f32 = f32::INFINITY;
@@ -69,6 +65,7 @@ pub struct Wave {
     hits: Vec<Option<Hit>>,
     shadow_rays: Vec<ShadowRay>,
     radiance: Vec<Vec3>,
+    vertices: Vertices,
 }
 
 impl Wave {
@@ -143,18 +140,81 @@ impl Wave {
     /// Adds the light that the paths have run into, aims at lights, and sends the paths on; those
     /// that end, all if this `is_last`, are taken out.
     fn shade(&mut self, scene: &Scene, method: Method, bounce: u32, is_last: bool) {
+        match scene.geometry().kernel() {
+            Kernel::Portable => self.shade_all(scene, method, bounce, is_last),
+            #[cfg(target_arch = "x86_64")]
+            Kernel::Avx2 => {
+                #[expect(unsafe_code, reason = "enters a SIMD kernel")]
+                // SAFETY: the kernel is AVX2 only on machines that have it; see `Kernel`.
+                unsafe {
+                    self.shade_avx2(scene, method, bounce, is_last);
+                }
+            }
+        }
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+    fn shade_avx2(&mut self, scene: &Scene, method: Method, bounce: u32, is_last: bool) {
+        self.shade_all(scene, method, bounce, is_last);
+    }
+
+    #[inline(always)]
+    fn shade_all(&mut self, scene: &Scene, method: Method, bounce: u32, is_last: bool) {
         self.shadow_rays.clear();
         let mut kept = 0;
-        for i in 0..self.paths.len() {
-            let (mut path, ray) = (self.paths[i], self.rays[i]);
-            let radiance = &mut self.radiance[path.index as usize];
-            let Some(hit) = self.hits[i] else {
-                *radiance += path.throughput * scene.background();
+        for first in (0..self.paths.len()).step_by(GROUP) {
+            self.meet(scene, method, first, is_last);
+            if is_last {
+                continue;
+            }
+            let vertices = &mut self.vertices;
+            if method != Method::Naive && vertices.any_diffuse {
+                vertices.aim(scene, method == Method::Mis, bounce, &mut self.shadow_rays);
+            }
+            vertices.scatter(bounce);
+            for lane in 0..vertices.count {
+                if vertices.direction_pdf[lane] > 0.0 {
+                    self.paths[kept] = vertices.path(lane);
+                    self.rays[kept] = vertices.ray(lane);
+                    kept += 1;
+                }
+            }
+        }
+        self.paths.truncate(kept);
+        self.rays.truncate(kept);
+    }
+
+    /// Gathers the vertices of the paths from `first` on, as many as make a group, and adds the
+    /// light that these paths have run into.
+    #[inline(always)]
+    fn meet(&mut self, scene: &Scene, method: Method, first: usize, is_last: bool) {
+        let end = (first + GROUP).min(self.paths.len());
+        let (paths, rays) = (&self.paths[first..end], &self.rays[first..end]);
+        let vertices = &mut self.vertices;
+        vertices.clear();
+        for (i, hit) in self.hits[first..end].iter().enumerate() {
+            match hit {
+                Some(hit) => vertices.push(
+                    i,
+                    &paths[i],
+                    &rays[i],
+                    scene.primitives().place(&rays[i], hit),
+                ),
+                None => {
+                    let radiance = &mut self.radiance[paths[i].index as usize];
+                    *radiance += paths[i].throughput * scene.background();
+                }
+            }
+        }
+        vertices.locate();
+        for lane in 0..vertices.count {
+            let i = vertices.source(lane);
+            let (Some(hit), path, ray) = (&self.hits[first + i], &paths[i], &rays[i]) else {
                 continue;
             };
-            let point = scene.primitives().surface_point(&ray, &hit);
-            let wo = -ray.dir;
-            let front = wo.dot(point.n) > 0.0;
+            let point = vertices.points.get(lane);
+            let front = ray.dir.dot(point.n) < 0.0;
             let material = scene.material(hit.prim);
             if front != planted::has(Bug::OneSidedFlagFlipped) && material.emits() {
                 let weight = match method {
@@ -166,116 +226,30 @@ impl Wave {
                         scene.lights().pdf(ray.origin, hit.prim, point.p),
                     ),
                 };
+                let radiance = &mut self.radiance[path.index as usize];
                 *radiance += weight * path.throughput * material.emission;
                 if is_last && planted::has(Bug::LastBounceEmissionDoubled) {
                     *radiance += weight * path.throughput * material.emission;
                 }
             }
-            if is_last {
-                continue;
-            }
-
-            let bsdf = material.bsdf(|| scene.primitives().uv(&hit));
-            let n = if front { point.n } else { -point.n };
-            if method != Method::Naive && bsdf.diffuse() != Vec3::ZERO {
-                self.shadow_rays
-                    .extend(aim(scene, method, &point, n, &bsdf, &path, bounce));
-            }
-            if let Some(ray) = scatter(&mut path, wo, &point, n, front, &bsdf, bounce) {
-                (self.paths[kept], self.rays[kept]) = (path, ray);
-                kept += 1;
+            if !is_last {
+                let n = if front { point.n } else { -point.n };
+                let bsdf = material.bsdf(|| scene.primitives().uv(hit));
+                vertices.set_surface(lane, n, front, bsdf);
             }
         }
-        self.paths.truncate(kept);
-        self.rays.truncate(kept);
     }
-}
-
-/// Draws where a path goes from a surface, and whether: the next ray.
-#[inline(always)]
-fn scatter(
-    path: &mut Path,
-    wo: Vec3,
-    point: &SurfacePoint,
-    n: Vec3,
-    front: bool,
-    bsdf: &Bsdf,
-    bounce: u32,
-) -> Option<Ray> {
-    let sampler = &path.sampler;
-    let lobe = || sampler.get_1d(Dim::Lobe(bounce));
-    let u = || sampler.get_2d(Dim::BsdfDirection(bounce));
-    let sample = bsdf.sample(wo, n, front, lobe, u)?;
-    path.throughput *= sample.weight;
-    if bounce >= ROULETTE_FROM {
-        let survival = path.throughput.max_element().clamp(SURVIVAL.0, SURVIVAL.1);
-        if path.sampler.get_1d(Dim::Roulette(bounce)) >= survival {
-            return None;
-        }
-        if !planted::has(Bug::RouletteWeightOmitted) {
-            path.throughput /= survival;
-        }
-    }
-    let is_only = sample.specular && !planted::has(Bug::MirrorWeighted);
-    path.direction_pdf = if is_only { ONLY } else { sample.pdf };
-    Some(Ray::new(point.leave(sample.wi), sample.wi))
-}
-
-/// Aims at one point of one light: the light that would reach `point` from there and leave along
-/// the path, over the probability of the choice.
-#[inline(always)]
-fn aim(
-    scene: &Scene,
-    method: Method,
-    point: &SurfacePoint,
-    n: Vec3,
-    bsdf: &Bsdf,
-    path: &Path,
-    bounce: u32,
-) -> Option<ShadowRay> {
-    let pick = || path.sampler.get_1d(Dim::LightPick(bounce));
-    let u = || path.sampler.get_2d(Dim::LightPoint(bounce));
-    let light = scene.lights().sample(point.p, pick, u)?;
-    let toward = (light.point.p - point.p).normalize();
-    let cos = n.dot(toward);
-    if !(cos > 0.0) {
-        return None;
-    }
-    let weight = match method {
-        Method::Mis => power_heuristic(light.pdf, bsdf.pdf(cos)),
-        Method::Naive | Method::Nee => 1.0,
-    };
-    let cos = if planted::has(Bug::CosineDropped) {
-        1.0
-    } else {
-        cos
-    };
-    let f = bsdf.diffuse() * std::f32::consts::FRAC_1_PI;
-    let arriving = f * scene.material(light.prim).emission * (weight * cos / light.pdf);
-    // Both ends leave their surface, so that nothing but what truly stands between can shade.
-    let from = point.leave(toward);
-    let segment = light.point.leave(-toward) - from;
-    let distance = segment.length();
-    Some(ShadowRay {
-        ray: Ray {
-            origin: from,
-            dir: segment / distance,
-            t_max: distance,
-        },
-        light: light.prim,
-        radiance: path.throughput * arriving,
-        index: path.index,
-    })
 }
 
 /// Weight of a sample drawn with density `a` where `b` could have drawn it too:
 /// a²/(a² + b²), in a form that neither overflows nor divides 0 by 0 (Veach & Guibas 1995).
+#[inline(always)]
 pub(crate) fn power_heuristic(a: f32, b: f32) -> f32 {
-    if a >= b {
-        let r = b / a;
-        1.0 / (1.0 + r * r)
+    let (r, is_more) = if a >= b {
+        (b / a, true)
     } else {
-        let r = a / b;
-        r * r / (1.0 + r * r)
-    }
+        (a / b, false)
+    };
+    let r2 = r * r;
+    (if is_more { 1.0 } else { r2 }) / (1.0 + r2)
 }

@@ -4,6 +4,7 @@
 //! Sample `i` belongs to half `i & 1`: the two halves use unrelated randomisations and are
 //! accumulated apart, so that their difference measures the noise of the picture.
 
+use crate::math::{Floats, GROUP};
 use crate::planted::{self, Bug};
 use crate::settings::SamplerKind;
 
@@ -26,6 +27,7 @@ pub enum Dim {
 }
 
 impl Dim {
+    #[inline(always)]
     fn index(self) -> u32 {
         match self {
             Self::Pixel => 0,
@@ -62,6 +64,7 @@ impl Sampler {
         }
     }
 
+    #[inline(always)]
     fn key(&self, dim: Dim) -> u64 {
         let dim = if planted::has(Bug::DimensionsShared) {
             Dim::Pixel
@@ -74,7 +77,7 @@ impl Sampler {
     }
 
     /// A number in [0, 1).
-    #[inline]
+    #[inline(always)]
     pub fn get_1d(&self, dim: Dim) -> f32 {
         let key = self.key(dim);
         match self.kind {
@@ -90,7 +93,7 @@ impl Sampler {
     }
 
     /// Two numbers in [0, 1).
-    #[inline]
+    #[inline(always)]
     pub fn get_2d(&self, dim: Dim) -> [f32; 2] {
         let key = self.key(dim);
         match self.kind {
@@ -115,15 +118,73 @@ impl Sampler {
     }
 }
 
+/// Samplers side by side, all of one kind.
+#[derive(Debug)]
+pub(crate) struct Samplers {
+    kind: SamplerKind,
+    keys: [u64; GROUP],
+    indices: [u32; GROUP],
+}
+
+impl Default for Samplers {
+    fn default() -> Self {
+        Self {
+            kind: SamplerKind::Sobol,
+            keys: [0; GROUP],
+            indices: [0; GROUP],
+        }
+    }
+}
+
+impl Samplers {
+    #[inline(always)]
+    pub fn get(&self, lane: usize) -> Sampler {
+        Sampler {
+            kind: self.kind,
+            key: self.keys[lane],
+            index: self.indices[lane],
+        }
+    }
+
+    #[inline(always)]
+    pub fn set(&mut self, lane: usize, sampler: &Sampler) {
+        self.kind = sampler.kind;
+        (self.keys[lane], self.indices[lane]) = (sampler.key, sampler.index);
+    }
+
+    /// [`Sampler::get_1d`] of every lane.
+    #[inline(always)]
+    pub fn get_1d(&self, dim: Dim) -> Floats {
+        let mut u = [0.0; GROUP];
+        for (lane, u) in u.iter_mut().enumerate() {
+            *u = self.get(lane).get_1d(dim);
+        }
+        u
+    }
+
+    /// [`Sampler::get_2d`] of every lane.
+    #[inline(always)]
+    pub fn get_2d(&self, dim: Dim) -> [Floats; 2] {
+        let [mut x, mut y] = [[0.0; GROUP]; 2];
+        for lane in 0..GROUP {
+            [x[lane], y[lane]] = self.get(lane).get_2d(dim);
+        }
+        [x, y]
+    }
+}
+
 /// The 24 high bits as a number in [0, 1 − 2⁻²⁴]: a plain division by 2³² could round up to 1.
+#[inline(always)]
 pub(crate) fn unit_f32(bits: u32) -> f32 {
     if planted::has(Bug::UReachesOne) {
         return bits as f32 * (1.0 / (1u64 << 32) as f32);
     }
-    (bits >> 8) as f32 * (1.0 / (1 << 24) as f32)
+    // Signed, because only that conversion is an instruction of every machine.
+    (bits >> 8) as i32 as f32 * (1.0 / (1 << 24) as f32)
 }
 
 /// Permutes all 2⁶⁴ numbers with good avalanche (Stafford's variant 13 of the MurmurHash3 finaliser).
+#[inline(always)]
 fn mix(mut x: u64) -> u64 {
     x = (x ^ (x >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
     x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
@@ -132,6 +193,7 @@ fn mix(mut x: u64) -> u64 {
 
 /// A random permutation in which each bit depends only on the bits below it: on bit-reversed
 /// numbers, Owen's nested uniform scrambling (Laine & Karras 2011, constants by Vegdahl 2021).
+#[inline(always)]
 fn owen(mut x: u32, seed: u32) -> u32 {
     x ^= x.wrapping_mul(0x3d20_adea);
     x = x.wrapping_add(seed);
@@ -142,6 +204,7 @@ fn owen(mut x: u32, seed: u32) -> u32 {
 
 /// The second Sobol coordinate of an index, given the first: multiplication of the bit vector
 /// by Pascal's triangle modulo 2, which is a Kronecker power and so takes five steps.
+#[inline(always)]
 fn sobol_second(van_der_corput: u32) -> u32 {
     let mut x = van_der_corput;
     x ^= (x & 0x5555_5555) << 1;

@@ -176,6 +176,11 @@ impl Geometry {
         &self.primitives
     }
 
+    /// The instructions for which it was built.
+    pub(crate) fn kernel(&self) -> Kernel {
+        self.kernel
+    }
+
     /// What was built: never [`AccelKind::Auto`].
     pub fn accel(&self) -> AccelKind {
         match self.accel {

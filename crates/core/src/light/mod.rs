@@ -11,9 +11,10 @@ mod rectangle;
 
 use glam::Vec3;
 
-use crate::geometry::{Primitive, Primitives, SurfacePoint};
-use crate::math::warp;
+use crate::geometry::{Primitive, Primitives, SurfacePoint, SurfacePoints};
+use crate::math::{Floats, GROUP, Vectors, warp};
 use crate::planted::{self, Bug};
+use crate::sampler::{Dim, Samplers};
 use crate::shape::{Quad, Sphere, triangle_area, unit_normal};
 use cone::Cone;
 use rectangle::Rectangle;
@@ -27,6 +28,27 @@ pub struct LightSample {
     pub point: SurfacePoint,
     /// Density of the direction, per solid angle at the reference point.
     pub pdf: f32,
+}
+
+/// Directions towards lights, side by side.
+#[derive(Debug)]
+pub(crate) struct LightSamples {
+    /// The emitters.
+    pub prims: [u32; GROUP],
+    /// The points on them.
+    pub points: SurfacePoints,
+    /// Densities of the directions; 0 where there is none.
+    pub pdf: Floats,
+}
+
+impl Default for LightSamples {
+    fn default() -> Self {
+        Self {
+            prims: [0; GROUP],
+            points: SurfacePoints::default(),
+            pdf: [0.0; GROUP],
+        }
+    }
 }
 
 /// An emitting primitive, prepared for sampling.
@@ -65,16 +87,14 @@ impl Shape {
             Self::Triangle { corners, n, area } => {
                 let [b1, b2] = warp::triangle(u());
                 let point = SurfacePoint::of_triangle_with(*corners, *n, [b1, b2]);
-                Some((point, area_pdf(p, point.p, *n, *area)?))
+                Some((point, area_pdf(p, point.p, *n, *area)))
             }
-            Self::Parallelogram(quad) => sample_by_area(quad, p, u()),
-            Self::Rectangle(rectangle) => match rectangle.seen_from(p) {
-                Some(view) => {
-                    let [s, t] = view.sample(u());
-                    Some((SurfacePoint::of_quad(rectangle.quad(), s, t), view.pdf()))
-                }
-                None => sample_by_area(rectangle.quad(), p, u()),
-            },
+            Self::Parallelogram(quad) => {
+                let [s, t] = u();
+                let point = SurfacePoint::of_quad(quad, s, t);
+                Some((point, area_pdf(p, point.p, quad.normal(), quad.area())))
+            }
+            Self::Rectangle(rectangle) => Some(rectangle.sample(p, u())),
             Self::Sphere(sphere) => {
                 let cone = Cone::new(sphere, p)?;
                 let q = sphere.center + sphere.radius * cone.sample(u());
@@ -84,32 +104,39 @@ impl Shape {
     }
 
     /// Density with which [`Shape::sample`] draws the direction from `p` to `q`.
-    fn pdf(&self, p: Vec3, q: Vec3) -> Option<f32> {
+    fn pdf(&self, p: Vec3, q: Vec3) -> f32 {
         match self {
             Self::Triangle { n, area, .. } => area_pdf(p, q, *n, *area),
             Self::Parallelogram(quad) => area_pdf(p, q, quad.normal(), quad.area()),
-            Self::Rectangle(rectangle) => match rectangle.seen_from(p) {
-                Some(view) => Some(view.pdf()),
-                None => area_pdf(p, q, rectangle.quad().normal(), rectangle.quad().area()),
-            },
-            Self::Sphere(sphere) => Cone::new(sphere, p).map(|cone| cone.pdf()),
+            Self::Rectangle(rectangle) => rectangle.pdf(p, q),
+            Self::Sphere(sphere) => Cone::new(sphere, p).map_or(0.0, |cone| cone.pdf()),
         }
     }
 }
 
-fn sample_by_area(quad: &Quad, p: Vec3, u: [f32; 2]) -> Option<(SurfacePoint, f32)> {
-    let point = SurfacePoint::of_quad(quad, u[0], u[1]);
-    Some((point, area_pdf(p, point.p, point.n, quad.area())?))
-}
-
 /// Density per solid angle at `p` of a point `q` that is uniform over `area` with normal `n`;
-/// `None` behind the surface and where the density is not finite.
-fn area_pdf(p: Vec3, q: Vec3, n: Vec3, area: f32) -> Option<f32> {
+/// 0 behind the surface and where the density is not finite.
+#[inline(always)]
+fn area_pdf(p: Vec3, q: Vec3, n: Vec3, area: f32) -> f32 {
     let d = p - q;
     let distance = d.length();
     let cos = d.dot(n) / distance;
     let pdf = distance * distance / (area * cos);
-    (cos > 0.0 && pdf.is_finite()).then_some(pdf)
+    if (cos > 0.0) & (pdf < f32::INFINITY) {
+        pdf
+    } else {
+        0.0
+    }
+}
+
+/// A density as the integrator is told it.
+#[inline(always)]
+fn told(pdf: f32) -> f32 {
+    if planted::has(Bug::PdfTimes1_02) {
+        pdf * 1.02
+    } else {
+        pdf
+    }
 }
 
 /// The emitters of a scene.
@@ -180,18 +207,49 @@ impl Lights {
     ) -> Option<LightSample> {
         let (i, probability) = self.pick(pick)?;
         let (point, pdf) = self.shapes[i].sample(p, u)?;
-        let (prim, mut pdf) = (self.emitters[i], pdf * probability);
-        if planted::has(Bug::PdfTimes1_02) {
-            pdf *= 1.02;
-        }
+        let (prim, pdf) = (self.emitters[i], told(pdf * probability));
         (pdf > 0.0 && pdf.is_finite()).then_some(LightSample { prim, point, pdf })
+    }
+
+    /// [`Self::sample`] for the first `count` lanes of a group that shades at `p`.
+    #[inline(always)]
+    pub(crate) fn sample_many(
+        &self,
+        p: &Vectors,
+        count: usize,
+        samplers: &Samplers,
+        bounce: u32,
+        samples: &mut LightSamples,
+    ) {
+        if let ([Shape::Rectangle(rectangle)], [prim]) = (&*self.shapes, &*self.emitters) {
+            // Copied, so that the compiler need not fear for it when samples are written.
+            let rectangle = **rectangle;
+            let [x, y] = samplers.get_2d(Dim::LightPoint(bounce));
+            for lane in 0..GROUP {
+                let (point, pdf) = rectangle.sample(p.get(lane), [x[lane], y[lane]]);
+                samples.points.set(lane, &point);
+                samples.pdf[lane] = told(pdf);
+            }
+            samples.prims = [*prim; GROUP];
+            return;
+        }
+        for lane in 0..count {
+            let sampler = samplers.get(lane);
+            let pick = || sampler.get_1d(Dim::LightPick(bounce));
+            let u = || sampler.get_2d(Dim::LightPoint(bounce));
+            samples.pdf[lane] = 0.0;
+            if let Some(LightSample { prim, point, pdf }) = self.sample(p.get(lane), pick, u) {
+                samples.points.set(lane, &point);
+                (samples.pdf[lane], samples.prims[lane]) = (pdf, prim);
+            }
+        }
     }
 
     /// Density with which [`Lights::sample`] draws the direction from `p` to the point `q` on the
     /// front of primitive `prim`; 0 if never.
     pub fn pdf(&self, p: Vec3, prim: u32, q: Vec3) -> f32 {
-        self.emitters.binary_search(&prim).map_or(0.0, |i| {
-            self.shapes[i].pdf(p, q).unwrap_or(0.0) * self.probability(i)
-        })
+        self.emitters
+            .binary_search(&prim)
+            .map_or(0.0, |i| self.shapes[i].pdf(p, q) * self.probability(i))
     }
 }

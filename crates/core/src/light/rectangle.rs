@@ -2,13 +2,16 @@
 
 use glam::{DVec3, Vec3};
 
+use super::area_pdf;
+use crate::geometry::SurfacePoint;
+use crate::math::trig;
 use crate::shape::Quad;
 
 /// Solid angle, sr, below which rectangles are sampled by area.
 const SMALL: f32 = 0.01;
 
 /// A rectangle prepared for being seen from many points.
-#[derive(Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Rectangle {
     quad: Quad,
     /// Unit vectors along the first and the last edge.
@@ -22,16 +25,18 @@ pub(super) struct Rectangle {
     area: f32,
 }
 
-/// A rectangle seen from a point in front of it. The inner angles are kept as complex numbers
+/// A rectangle seen from a point. The inner angles are kept as complex numbers
 /// e^{iγ} up to a positive factor: their product has the argument that the sum of the angles
 /// would have, without arc cosines. In f64, because close to the rectangle all cosines crowd
 /// at 1.
-pub(super) struct View {
+struct View {
+    /// Whether it is better sampled by area.
+    is_small: bool,
     /// Left and right bound in the rectangle's frame, from the foot of the point.
     x: [f64; 2],
     /// Lower and upper bound.
     y: [f64; 2],
-    /// Distance of the point from the plane, positive.
+    /// Distance of the point from the plane; not positive behind it, where nothing else holds.
     z: f64,
     solid_angle: f64,
     /// A positive multiple of e^{i(γ₂+γ₃)}.
@@ -55,25 +60,40 @@ impl Rectangle {
         })
     }
 
-    /// The rectangle as a quad.
-    pub fn quad(&self) -> &Quad {
-        &self.quad
+    /// A point that may shine on `p`, drawn uniformly in solid angle or by area, and the density
+    /// of its direction; 0 where the rectangle does not face `p`.
+    #[inline(always)]
+    pub fn sample(&self, p: Vec3, u: [f32; 2]) -> (SurfacePoint, f32) {
+        let view = self.seen_from(p);
+        let [s, t] = if view.is_small { u } else { view.sample(u) };
+        let point = SurfacePoint::of_quad(&self.quad, s, t);
+        (point, self.pdf_in(&view, p, point.p))
     }
 
-    /// `None` if it does not face `p`, or is small as seen from there.
-    #[inline]
-    pub fn seen_from(&self, p: Vec3) -> Option<View> {
+    /// Density with which [`Self::sample`] draws the direction from `p` to `q`.
+    pub fn pdf(&self, p: Vec3, q: Vec3) -> f32 {
+        self.pdf_in(&self.seen_from(p), p, q)
+    }
+
+    #[inline(always)]
+    fn pdf_in(&self, view: &View, p: Vec3, q: Vec3) -> f32 {
+        let by_area = area_pdf(p, q, self.quad.normal(), self.area);
+        let pdf = if view.is_small {
+            by_area
+        } else {
+            (1.0 / view.solid_angle) as f32
+        };
+        if view.z > 0.0 { pdf } else { 0.0 }
+    }
+
+    #[inline(always)]
+    fn seen_from(&self, p: Vec3) -> View {
         let to_a = self.quad.corners()[0] - p;
         let z = -to_a.dot(self.quad.normal());
-        if !(z > 0.0) {
-            return None;
-        }
         let distance = (to_a + self.to_center).length();
         // From further than its size, the solid angle is close to area·cos/distance².
-        let is_far = distance > self.extent;
-        if is_far && self.area * z <= SMALL * distance * distance * distance {
-            return None;
-        }
+        let is_small =
+            (distance > self.extent) & (self.area * z <= SMALL * distance * distance * distance);
         let (to_a, z) = (to_a.as_dvec3(), f64::from(z));
         let [x0, y0] = self.axes.map(|axis| to_a.dot(axis));
         let [width, height] = self.size;
@@ -86,34 +106,30 @@ impl Rectangle {
         let corner = times(angle(0, 1, 1.0), angle(0, 0, -1.0));
         let [re, im] = times(times(angle(1, 0, 1.0), angle(1, 1, -1.0)), corner);
         // The sum of the angles is 2π more than the solid angle, which is within (0, 2π).
-        let angle = libm::atan2(im, re);
+        let angle = trig::atan2(im, re);
         let solid_angle = if angle < 0.0 {
             angle + std::f64::consts::TAU
         } else {
             angle
         };
-        (solid_angle > 0.0).then_some(View {
+        View {
+            is_small,
             x,
             y,
             z,
             solid_angle,
             corner,
-        })
+        }
     }
 }
 
 impl View {
-    /// Density per solid angle.
-    pub fn pdf(&self) -> f32 {
-        (1.0 / self.solid_angle) as f32
-    }
-
     /// Maps the unit square to coordinates (u, v) in [0, 1]² of the rectangle, uniformly in solid
     /// angle.
-    #[inline]
-    pub fn sample(&self, u: [f32; 2]) -> [f32; 2] {
+    #[inline(always)]
+    fn sample(&self, u: [f32; 2]) -> [f32; 2] {
         let ([x0, x1], [y0, y1], z) = (self.x, self.y, self.z);
-        let (sin, cos) = libm::sincos(f64::from(u[0]) * self.solid_angle);
+        let [sin, cos] = trig::sin_cos(f64::from(u[0]) * self.solid_angle);
         // The angle uΩ − (γ₂ + γ₃).
         let [re, im] = self.corner;
         let length = (re * re + im * im).sqrt();
@@ -123,14 +139,14 @@ impl View {
         let fu = -(cos * b0 + length * b1) / sin;
         // cu/√(1−cu²) with cu = ±1/√(fu² + b0²).
         let tangent = (fu * fu + b0 * b0 - 1.0).max(0.0).sqrt();
-        let xu = (z.copysign(fu) / tangent).clamp(x0, x1);
-        let xu = if xu.is_nan() { x0 } else { xu };
+        // NaN becomes `x0`.
+        let xu = (z.copysign(fu) / tangent).max(x0).min(x1);
         let d2 = xu * xu + z * z;
         let (h0, h1) = (y0 / (d2 + y0 * y0).sqrt(), y1 / (d2 + y1 * y1).sqrt());
         let hv = h0 + f64::from(u[1]) * (h1 - h0);
         let rest = 1.0 - hv * hv;
         let yv = if rest > 0.0 {
-            (hv * (d2 / rest).sqrt()).clamp(y0, y1)
+            (hv * (d2 / rest).sqrt()).max(y0).min(y1)
         } else {
             y1
         };
@@ -139,6 +155,7 @@ impl View {
 }
 
 /// Product of two complex numbers.
+#[inline(always)]
 fn times([a, b]: [f64; 2], [c, d]: [f64; 2]) -> [f64; 2] {
     [a * c - b * d, a * d + b * c]
 }

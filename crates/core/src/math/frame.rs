@@ -16,6 +16,7 @@ pub struct Frame {
 impl Frame {
     /// Basis around the unit vector `n`, without a pole (Duff et al. 2017, Building an
     /// Orthonormal Basis, Revisited).
+    #[inline(always)]
     pub fn around(n: Vec3) -> Self {
         let sign = 1f32.copysign(n.z);
         let a = -1.0 / (sign + n.z);
@@ -28,6 +29,7 @@ impl Frame {
     }
 
     /// A vector given in this frame, in world coordinates.
+    #[inline(always)]
     pub fn world_from_local(&self, v: Vec3) -> Vec3 {
         v.x * self.s + v.y * self.t + v.z * self.n
     }

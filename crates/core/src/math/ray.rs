@@ -40,6 +40,7 @@ pub const fn gamma(n: u32) -> f32 {
 
 /// The point in f32 that is next to `exact`, but on no axis on the far side of it as seen along
 /// `along`; where that is 0, the nearest.
+#[inline(always)]
 pub fn round_along(exact: DVec3, along: DVec3) -> Vec3 {
     let axis = |exact: f64, along: f64| {
         let nearest = exact as f32;
@@ -63,6 +64,7 @@ pub fn round_along(exact: DVec3, along: DVec3) -> Vec3 {
 /// of the rounding error of `p`, and rounded away from `p` (after Pharr, Jakob & Humphreys 2016,
 /// §3.9.5). Where nothing has to move, `p` itself. Relative to the coordinates, so a scene scaled
 /// by 2ᵏ gives the same point scaled by 2ᵏ.
+#[inline(always)]
 pub fn offset_origin(p: Vec3, mut offset: Vec3) -> Vec3 {
     if planted::has(Bug::EpsilonTimes100) {
         offset += 100.0 * f32::EPSILON * p.abs() * offset.signum();

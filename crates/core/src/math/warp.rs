@@ -2,6 +2,8 @@
 
 use glam::Vec3;
 
+use super::trig::sin_cos_of_small;
+
 /// Uniform point in a triangle as its second and third barycentric coordinates, without
 /// folding the square (Heitz 2019, A Low-Distortion Map Between Triangle and Square).
 pub fn triangle(u: [f32; 2]) -> [f32; 2] {
@@ -14,22 +16,23 @@ pub fn triangle(u: [f32; 2]) -> [f32; 2] {
 }
 
 /// Uniform point in the unit disk, area-preserving without folds (Shirley & Chiu 1997).
+#[inline(always)]
 pub fn disk(u: [f32; 2]) -> [f32; 2] {
     let (a, b) = (2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0);
-    if a == 0.0 && b == 0.0 {
-        return [0.0, 0.0];
-    }
-    let quarter = std::f32::consts::FRAC_PI_4;
-    if a.abs() > b.abs() {
-        let phi = quarter * (b / a);
-        [a * libm::cosf(phi), a * libm::sinf(phi)]
+    let is_flat = a.abs() > b.abs();
+    let (radius, other) = if is_flat { (a, b) } else { (b, a) };
+    let phi = std::f32::consts::FRAC_PI_4 * (other / radius);
+    let [sin, cos] = sin_cos_of_small(if radius == 0.0 { 0.0 } else { phi });
+    let (across, along) = (radius * sin, radius * cos);
+    if is_flat {
+        [along, across]
     } else {
-        let phi = quarter * (a / b);
-        [b * libm::sinf(phi), b * libm::cosf(phi)]
+        [across, along]
     }
 }
 
 /// Direction about +z with density cos θ / π (Malley's method).
+#[inline(always)]
 pub fn cosine_hemisphere(u: [f32; 2]) -> Vec3 {
     let [x, y] = disk(u);
     Vec3::new(x, y, (1.0 - x * x - y * y).max(0.0).sqrt())

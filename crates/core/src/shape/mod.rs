@@ -17,6 +17,7 @@ pub(crate) use triangle::edge;
 pub use triangle::{ShearedRay, TriangleHit};
 
 /// Unit vector along `e1 × e2`, computed in f64 so that neither tiny nor huge edges lose it.
+#[inline(always)]
 pub fn unit_normal(e1: Vec3, e2: Vec3) -> Vec3 {
     e1.as_dvec3()
         .cross(e2.as_dvec3())

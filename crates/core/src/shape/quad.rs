@@ -25,6 +25,7 @@ impl Quad {
     }
 
     /// Corners in order around the edge.
+    #[inline(always)]
     pub fn corners(&self) -> [Vec3; 4] {
         self.corners
     }
@@ -40,12 +41,14 @@ impl Quad {
     }
 
     /// The two triangles as which it is tested.
+    #[inline(always)]
     pub fn triangles(&self) -> [[Vec3; 3]; 2] {
         let [a, b, c, d] = self.corners;
         [[a, b, c], [a, c, d]]
     }
 
     /// The triangle of the two in which (u, v) lies, with its second and third barycentric.
+    #[inline(always)]
     pub fn triangle_at(&self, u: f32, v: f32) -> ([Vec3; 3], [f32; 2]) {
         let [first, second] = self.triangles();
         if u >= v {

@@ -1,0 +1,300 @@
+//! Vertices of many paths side by side. What all of them do is written as loops over the lanes of
+//! a group without branches or calls, which compile to SIMD code; what few of them do (mirror,
+//! glass, blends) goes lane by lane.
+
+use std::f32::consts::FRAC_1_PI;
+
+use glam::Vec3;
+
+use super::{ONLY, Path, ShadowRay, power_heuristic};
+use crate::bsdf::{Bsdf, diffuse_direction};
+use crate::geometry::{Place, SurfacePoint, SurfacePoints};
+use crate::light::LightSamples;
+use crate::math::{Floats, GROUP, Ray, Vectors};
+use crate::planted::{self, Bug};
+use crate::sampler::{Dim, Samplers};
+use crate::scene::Scene;
+
+/// Bounces that every path takes before Russian roulette may end it.
+const ROULETTE_FROM: u32 = 3;
+
+/// Bounds on the probability that a path survives roulette: below, weights would explode; above,
+/// a path between perfect mirrors would never end.
+const SURVIVAL: (f32, f32) = (0.05, 0.95);
+
+/// A group of path vertices. Lanes from `count` on hold what was there before.
+#[derive(Debug)]
+pub(super) struct Vertices {
+    /// Lanes in use.
+    pub count: usize,
+    /// Which of the paths offered each lane is.
+    sources: [u32; GROUP],
+    /// Where its radiance is added up.
+    indices: [u32; GROUP],
+    samplers: Samplers,
+    throughput: Vectors,
+    /// Away from the surface, to where the path comes from.
+    wo: Vectors,
+    triangles: [Vectors; 3],
+    barycentrics: [Floats; 2],
+    /// Points that are not on triangles.
+    elsewhere: Vec<(usize, SurfacePoint)>,
+    pub points: SurfacePoints,
+    /// Unit normal on the side of `wo`.
+    n: Vectors,
+    /// Diffuse reflectance, and the probability that a path goes on that way.
+    diffuse: Vectors,
+    diffuse_share: Floats,
+    /// Whether any of them is not black.
+    pub any_diffuse: bool,
+    /// Lanes that are not purely diffuse: whether `wo` is on the front, and the rest.
+    others: Vec<(usize, bool, Bsdf)>,
+    lights: LightSamples,
+    emission: Vectors,
+    /// Where the path goes on, from where, and the density of that direction; 0 if nowhere.
+    wi: Vectors,
+    origin: Vectors,
+    /// f·|cos θ|/pdf.
+    weight: Vectors,
+    pub direction_pdf: Floats,
+    shadow_origin: Vectors,
+    shadow_dir: Vectors,
+    shadow_radiance: Vectors,
+    /// 0 where there is no shadow ray.
+    shadow_distance: Floats,
+}
+
+impl Default for Vertices {
+    fn default() -> Self {
+        let vectors = Vectors::default();
+        let floats = [0.0; GROUP];
+        Self {
+            count: 0,
+            sources: [0; GROUP],
+            indices: [0; GROUP],
+            samplers: Samplers::default(),
+            throughput: vectors,
+            wo: vectors,
+            triangles: [vectors; 3],
+            barycentrics: [floats; 2],
+            elsewhere: Vec::new(),
+            points: SurfacePoints::default(),
+            n: vectors,
+            diffuse: vectors,
+            diffuse_share: floats,
+            any_diffuse: false,
+            others: Vec::new(),
+            lights: LightSamples::default(),
+            emission: vectors,
+            wi: vectors,
+            origin: vectors,
+            weight: vectors,
+            direction_pdf: floats,
+            shadow_origin: vectors,
+            shadow_dir: vectors,
+            shadow_radiance: vectors,
+            shadow_distance: floats,
+        }
+    }
+}
+
+impl Vertices {
+    /// Empties all lanes.
+    #[inline(always)]
+    pub fn clear(&mut self) {
+        self.count = 0;
+        self.any_diffuse = false;
+        self.elsewhere.clear();
+        self.others.clear();
+    }
+
+    /// Adds the place where a path, the one of number `source`, has run into something.
+    #[inline(always)]
+    pub fn push(&mut self, source: usize, path: &Path, ray: &Ray, place: Place) {
+        let lane = self.count % GROUP;
+        self.count += 1;
+        self.sources[lane] = source as u32;
+        self.indices[lane] = path.index;
+        self.samplers.set(lane, &path.sampler);
+        self.throughput.set(lane, path.throughput);
+        self.wo.set(lane, -ray.dir);
+        match place {
+            Place::OnTriangle(triangle, [b1, b2]) => {
+                for (corners, corner) in self.triangles.iter_mut().zip(triangle) {
+                    corners.set(lane, corner);
+                }
+                (self.barycentrics[0][lane], self.barycentrics[1][lane]) = (b1, b2);
+            }
+            Place::At(point) => self.elsewhere.push((lane, point)),
+        }
+    }
+
+    /// Number of the path in a lane.
+    #[inline(always)]
+    pub fn source(&self, lane: usize) -> usize {
+        self.sources[lane] as usize
+    }
+
+    /// Computes the points on the surfaces.
+    #[inline(always)]
+    pub fn locate(&mut self) {
+        let [a, b, c] = &self.triangles;
+        let [b1, b2] = &self.barycentrics;
+        for lane in 0..GROUP {
+            let triangle = [a.get(lane), b.get(lane), c.get(lane)];
+            let point = SurfacePoint::of_triangle(triangle, [b1[lane], b2[lane]]);
+            self.points.set(lane, &point);
+        }
+        for (lane, point) in &self.elsewhere {
+            self.points.set(*lane, point);
+        }
+    }
+
+    /// Sets what the surface of a lane is like, and the side from which it is seen.
+    #[inline(always)]
+    pub fn set_surface(&mut self, lane: usize, n: Vec3, front: bool, bsdf: Bsdf) {
+        self.n.set(lane, n);
+        let diffuse = bsdf.diffuse();
+        self.diffuse.set(lane, diffuse);
+        self.diffuse_share[lane] = bsdf.diffuse_share();
+        self.any_diffuse |= diffuse != Vec3::ZERO;
+        if !matches!(bsdf, Bsdf::Diffuse(_)) {
+            self.others.push((lane, front, bsdf));
+        }
+    }
+
+    /// Aims at one point of one light from each lane that scatters diffusely: the light that would
+    /// reach it from there and leave along the path, over the probability of the choice.
+    #[inline(always)]
+    pub fn aim(&mut self, scene: &Scene, is_mis: bool, bounce: u32, rays: &mut Vec<ShadowRay>) {
+        let (samplers, lights) = (&self.samplers, &mut self.lights);
+        let p = &self.points.p;
+        scene
+            .lights()
+            .sample_many(p, self.count, samplers, bounce, lights);
+        for lane in 0..self.count {
+            let emission = scene.material(lights.prims[lane]).emission;
+            self.emission.set(lane, emission);
+        }
+        for lane in 0..GROUP {
+            let (point, light) = (self.points.get(lane), lights.points.get(lane));
+            let (n, pdf) = (self.n.get(lane), lights.pdf[lane]);
+            let toward = (light.p - point.p).normalize();
+            let cos = n.dot(toward);
+            let direction_pdf = self.diffuse_share[lane] * cos * FRAC_1_PI;
+            let weight = if is_mis {
+                power_heuristic(pdf, direction_pdf)
+            } else {
+                1.0
+            };
+            let counted = if planted::has(Bug::CosineDropped) {
+                1.0
+            } else {
+                cos
+            };
+            let f = self.diffuse.get(lane) * FRAC_1_PI;
+            let arriving = f * self.emission.get(lane) * (weight * counted / pdf);
+            // Both ends leave their surface, so that nothing but what truly stands between can
+            // shade.
+            let from = point.leave(toward);
+            let segment = light.leave(-toward) - from;
+            let distance = segment.length();
+            self.shadow_origin.set(lane, from);
+            self.shadow_dir.set(lane, segment / distance);
+            let radiance = self.throughput.get(lane) * arriving;
+            self.shadow_radiance.set(lane, radiance);
+            let counts = (cos > 0.0) & (pdf > 0.0) & (pdf < f32::INFINITY);
+            self.shadow_distance[lane] = if counts { distance } else { 0.0 };
+        }
+        for lane in 0..self.count {
+            let distance = self.shadow_distance[lane];
+            if distance > 0.0 && self.diffuse.get(lane) != Vec3::ZERO {
+                rays.push(ShadowRay {
+                    ray: Ray {
+                        origin: self.shadow_origin.get(lane),
+                        dir: self.shadow_dir.get(lane),
+                        t_max: distance,
+                    },
+                    light: lights.prims[lane],
+                    radiance: self.shadow_radiance.get(lane),
+                    index: self.indices[lane],
+                });
+            }
+        }
+    }
+
+    /// Draws where the paths go from their surfaces, and whether.
+    #[inline(always)]
+    pub fn scatter(&mut self, bounce: u32) {
+        if self.others.len() < self.count {
+            self.scatter_diffuse(bounce);
+        }
+        for (lane, front, bsdf) in &self.others {
+            let (lane, sampler) = (*lane, self.samplers.get(*lane));
+            let lobe = || sampler.get_1d(Dim::Lobe(bounce));
+            let u = || sampler.get_2d(Dim::BsdfDirection(bounce));
+            self.direction_pdf[lane] = 0.0;
+            let (wo, n) = (self.wo.get(lane), self.n.get(lane));
+            if let Some(sample) = bsdf.sample(wo, n, *front, lobe, u) {
+                let is_only = sample.specular && !planted::has(Bug::MirrorWeighted);
+                self.direction_pdf[lane] = if is_only { ONLY } else { sample.pdf };
+                self.wi.set(lane, sample.wi);
+                self.weight.set(lane, sample.weight);
+            }
+        }
+        for lane in 0..GROUP {
+            let origin = self.points.get(lane).leave(self.wi.get(lane));
+            self.origin.set(lane, origin);
+            let throughput = self.throughput.get(lane) * self.weight.get(lane);
+            self.throughput.set(lane, throughput);
+        }
+        if bounce >= ROULETTE_FROM {
+            self.play_roulette(bounce);
+        }
+    }
+
+    #[inline(always)]
+    fn scatter_diffuse(&mut self, bounce: u32) {
+        let [x, y] = self.samplers.get_2d(Dim::BsdfDirection(bounce));
+        for lane in 0..GROUP {
+            let (wi, pdf) = diffuse_direction(self.n.get(lane), [x[lane], y[lane]]);
+            self.wi.set(lane, wi);
+            let weight = self.diffuse.get(lane);
+            let is_black = (weight.x == 0.0) & (weight.y == 0.0) & (weight.z == 0.0);
+            self.direction_pdf[lane] = if is_black { 0.0 } else { pdf };
+            self.weight.set(lane, weight);
+        }
+    }
+
+    #[inline(always)]
+    fn play_roulette(&mut self, bounce: u32) {
+        let u = self.samplers.get_1d(Dim::Roulette(bounce));
+        for (lane, u) in u.into_iter().enumerate() {
+            let throughput = self.throughput.get(lane);
+            let survival = throughput.max_element().clamp(SURVIVAL.0, SURVIVAL.1);
+            if u >= survival {
+                self.direction_pdf[lane] = 0.0;
+            }
+            if !planted::has(Bug::RouletteWeightOmitted) {
+                self.throughput.set(lane, throughput / survival);
+            }
+        }
+    }
+
+    /// The path of a lane as it goes on.
+    #[inline(always)]
+    pub fn path(&self, lane: usize) -> Path {
+        Path {
+            sampler: self.samplers.get(lane),
+            throughput: self.throughput.get(lane),
+            direction_pdf: self.direction_pdf[lane],
+            index: self.indices[lane],
+        }
+    }
+
+    /// Its next segment.
+    #[inline(always)]
+    pub fn ray(&self, lane: usize) -> Ray {
+        Ray::new(self.origin.get(lane), self.wi.get(lane))
+    }
+}
