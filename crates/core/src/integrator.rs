@@ -119,6 +119,9 @@ impl Wave {
             *rays += self.rays.len() as u64;
             scene.intersect_all(&self.rays, &mut self.hits);
             self.shade(scene, method, bounce, bounce + 1 == depth);
+            if cancel.load(Ordering::Relaxed) {
+                return None;
+            }
             *rays += self.shadow_rays.len() as u64;
             let shadow_rays = &self.shadow_rays;
             scene.geometry().occluded_many(

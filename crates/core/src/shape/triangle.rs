@@ -74,17 +74,15 @@ impl ShearedRay {
     /// rounding of the shear can make a triangle of a line, and put the origin of a ray that has
     /// just left the triangle on its other side.
     #[inline(always)]
-    pub(super) fn meets_plane(&self, triangle: [Vec3; 3]) -> bool {
+    pub(super) fn meets_plane(&self, [a, b, c]: [Vec3; 3]) -> bool {
         let [x, y, z] = self.axes;
-        let [a, b, c] = triangle.map(|v| {
-            let v = v.to_array();
-            DVec3::new(v[x].into(), v[y].into(), v[z].into())
-        });
-        let o = DVec3::new(
-            self.origin[x].into(),
-            self.origin[y].into(),
-            self.origin[z].into(),
+        let permuted = |v: [f32; 3]| DVec3::new(v[x].into(), v[y].into(), v[z].into());
+        let (a, b, c) = (
+            permuted(a.to_array()),
+            permuted(b.to_array()),
+            permuted(c.to_array()),
         );
+        let o = permuted(self.origin);
         let n = (b - a).cross(c - a);
         // The direction, but for its length.
         let [sx, sy, sz] = self.shear;
