@@ -8,11 +8,11 @@ use std::sync::Arc;
 use lightbox_core::lab::stats::{
     CHI_SQUARE_63, Comparisons, REPLICATES, Replicates, T_31, cell, chi_square,
 };
+use lightbox_core::lab::trial::{FLOOR, built_in, mean, one_pixel, picture, quad, view};
 use lightbox_core::planted::{Bug, plant};
 use lightbox_core::sampler::{Dim, Sampler};
 use lightbox_core::settings::UNLIMITED;
 use lightbox_core::{Method, RenderSettings, SamplerKind, Scene};
-use lightbox_tests::{picture, view};
 use statrs::distribution::{ChiSquared, ContinuousCDF as _, StudentsT};
 
 /// Runs with fresh seeds in which nothing is wrong.
@@ -23,31 +23,6 @@ const BIASED: u64 = 200;
 
 /// Levels at which false alarms are frequent enough to be counted.
 const LEVELS: [f64; 3] = [0.05, 0.01, 0.001];
-
-/// A floor of reflectance ½ under a unit square at height 1, by one pixel.
-const UNDER_A_SQUARE: &str = "
-[camera]
-eye = [1, 0.7, 3]
-target = [0, 0, 0]
-fov = 0.0001
-[render]
-width = 1
-height = 1
-depth = 2
-[[material]]
-name = 'grey'
-albedo = [0.5, 0.5, 0.5]
-[[material]]
-name = 'lamp'
-albedo = [0, 0, 0]
-emission = [1, 1, 1]
-[[quad]]
-material = 'grey'
-corners = [[-2, 0, 2], [2, 0, 2], [2, 0, -2], [-2, 0, -2]]
-[[quad]]
-material = 'lamp'
-corners = [[-0.5, 1, -0.5], [0.5, 1, -0.5], [0.5, 1, 0.5], [-0.5, 1, 0.5]]
-";
 
 /// What the pixel shows: ½ E/π with E/L = 0.7522747.
 const UNDER_A_SQUARE_SHOWS: f64 = 0.5 / std::f64::consts::PI * 0.752_274_7;
@@ -68,8 +43,7 @@ impl Experiment {
                 (self.change)(s);
                 s.seed = 1_000_000 + trial * REPLICATES as u64 + i;
             }));
-            let sum: f64 = image.pixels.iter().map(|p| f64::from(p.y)).sum();
-            sum / image.pixels.len() as f64
+            mean(&image)
         });
         let mut comparisons = Comparisons::default();
         comparisons.mean(&means, self.truth);
@@ -104,34 +78,28 @@ fn directions(trial: u64, density: f64) -> f64 {
 }
 
 fn main() {
-    let parse = |text: &str| {
-        let path = std::path::Path::new("alarms.toml");
-        let desc = lightbox_core::scene::parse(text, path).expect("a right text");
-        let source = lightbox_core::scene::Source::from_desc(desc, path);
-        Arc::new(source.build(&|_| ()).expect("a right scene"))
-    };
-    let closed_box = lightbox_core::scene::load("builtin:lab/closed-box.toml".as_ref())
-        .and_then(|source| source.build(&|_| ()))
-        .expect("a built-in scene");
+    // A floor of reflectance ½ under a unit square at height 1, by one pixel.
+    let lamp = "[-0.5, 1, -0.5], [0.5, 1, -0.5], [0.5, 1, 0.5], [-0.5, 1, 0.5]";
+    let under_a_square = one_pixel("[1, 0.7, 3]", &(quad("grey", FLOOR) + &quad("lamp", lamp)));
     let experiments = [
         Experiment {
             name: "square light, nee, Sobol'",
-            scene: parse(UNDER_A_SQUARE),
-            change: |s| (s.method, s.samples) = (Method::Nee, 64),
+            scene: under_a_square.clone(),
+            change: |s| (s.method, s.depth, s.samples) = (Method::Nee, 2, 64),
             truth: UNDER_A_SQUARE_SHOWS,
         },
         Experiment {
             name: "square light, naive, independent",
-            scene: parse(UNDER_A_SQUARE),
+            scene: under_a_square.clone(),
             change: |s| {
-                (s.method, s.samples) = (Method::Naive, 256);
+                (s.method, s.depth, s.samples) = (Method::Naive, 2, 256);
                 s.sampler = SamplerKind::Independent;
             },
             truth: UNDER_A_SQUARE_SHOWS,
         },
         Experiment {
             name: "closed box, mis, unlimited depth",
-            scene: Arc::new(closed_box),
+            scene: built_in("closed-box"),
             change: |s| {
                 (s.width, s.height, s.samples) = (2, 2, 16);
                 (s.method, s.depth) = (Method::Mis, UNLIMITED);

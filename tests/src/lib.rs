@@ -1,14 +1,13 @@
 //! The headless harness: shipped scenes and pictures of them.
 
 pub mod properties;
-pub mod random;
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+pub use lightbox_core::lab::trial::{picture, view};
 use lightbox_core::scene::{Source, load};
-use lightbox_core::{Film, Image, RenderSettings, Scene, View};
+use lightbox_core::{Film, View};
 
 /// The folder of the shipped scenes.
 pub fn scenes_folder() -> PathBuf {
@@ -31,23 +30,11 @@ pub fn shipped(name: &str) -> Source {
     load(&scenes_folder().join(name).with_extension("toml")).unwrap_or_else(|e| panic!("{e}"))
 }
 
-/// A view of a scene as its description wants it, with changed settings.
-pub fn view(scene: &Arc<Scene>, change: impl FnOnce(&mut RenderSettings)) -> View {
-    let mut settings = scene.desc().render;
-    change(&mut settings);
-    View::new(scene.clone(), &scene.desc().camera, settings).unwrap_or_else(|e| panic!("{e}"))
-}
-
 /// Renders a view to its sample count.
 pub fn film(view: &View) -> Film {
     let film = view.film();
     view.render(&film, view.settings.samples, &AtomicBool::new(false));
     film
-}
-
-/// The picture of a view.
-pub fn picture(view: &View) -> Image {
-    film(view).develop()
 }
 
 /// Runs `f` on a pool of some threads.

@@ -1,5 +1,8 @@
 //! The viewer's cases of the stability lab: what a session survives, and that it leaves no trace.
 
+#[path = "session/property.rs"]
+mod property;
+
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -102,6 +105,12 @@ fn assert_same_bits(a: &Image, b: &Image, what: &str) {
         .zip(&b.pixels)
         .filter(|(a, b)| a.to_array().map(f32::to_bits) != b.to_array().map(f32::to_bits));
     assert_eq!(differ.count(), 0, "{what}: pixels that differ");
+}
+
+/// Fuzzing does it for longer.
+#[test]
+fn any_edits_end_in_the_picture_of_a_headless_render() {
+    lightbox_tests::properties::check("session", 6, property::session);
 }
 
 #[test]

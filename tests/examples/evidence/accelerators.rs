@@ -5,15 +5,15 @@ use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use glam::Vec3;
 use lightbox_core::AccelKind;
 use lightbox_core::geometry::{Geometry, Hit, Primitives};
+use lightbox_core::lab::random::Rng;
 use lightbox_core::math::{Aabb, Ray};
 use lightbox_core::scene::{boulder, load};
-use lightbox_tests::random::Pcg;
 use lightbox_tests::scenes_folder;
 
 use crate::meshes::{Triangle, closed, lattice, needles, sizes, stairs, star};
 
 pub fn run(count: u64, is_planted: bool) -> bool {
-    let mut rng = Pcg::new(3);
+    let mut rng = Rng::new(3);
     let teddy = load(&scenes_folder().join("meshes/teddy.obj"))
         .and_then(|source| source.build(&|_| ()))
         .unwrap_or_else(|e| panic!("{e}"));
@@ -111,7 +111,7 @@ fn hash(hit: Option<(u32, [u32; 3])>) -> u64 {
 }
 
 /// Rays at vertices, edges and insides, from outside, inside and vertices; along axes; with ends.
-fn ray(triangles: &[Triangle], bounds: Aabb, rng: &mut Pcg) -> Ray {
+fn ray(triangles: &[Triangle], bounds: Aabb, rng: &mut Rng) -> Ray {
     let (center, size) = (bounds.center(), bounds.diagonal());
     let triangle = triangles[rng.below(triangles.len())];
     let target = match rng.below(3) {

@@ -3,8 +3,8 @@
 use glam::Vec3;
 use lightbox_core::AccelKind;
 use lightbox_core::geometry::{Geometry, Primitives};
+use lightbox_core::lab::random::Rng;
 use lightbox_core::math::Ray;
-use lightbox_tests::random::Pcg;
 
 use crate::meshes::{Triangle, closed, star};
 
@@ -16,7 +16,7 @@ pub fn run(count: u64, _: bool) -> bool {
         "{:<34}{:>10}{:>12}{:>8}{:>14}",
         "mesh", "triangles", "rays", "leaks", "leaks naive"
     );
-    let mut rng = Pcg::new(1);
+    let mut rng = Rng::new(1);
     let sphere = |n: usize, center: Vec3| closed(n, center, || 2.0);
     let meshes = [
         ("sphere of 50 segments", Vec3::ZERO, sphere(25, Vec3::ZERO)),
@@ -67,7 +67,7 @@ pub fn run(count: u64, _: bool) -> bool {
 }
 
 /// From near the centre to a vertex, along an edge's points, or to them along an axis.
-fn ray(triangles: &[Triangle], center: Vec3, rng: &mut Pcg) -> Ray {
+fn ray(triangles: &[Triangle], center: Vec3, rng: &mut Rng) -> Ray {
     let triangle = triangles[rng.below(triangles.len())];
     let (a, b) = (triangle[rng.below(3)], triangle[rng.below(3)]);
     let target = match rng.below(4) {

@@ -11,8 +11,8 @@ mod self_hits;
 
 use std::process::ExitCode;
 
+use lightbox_core::lab::random::Rng;
 use lightbox_core::planted::{Bug, plant};
-use lightbox_tests::random::Pcg;
 use rayon::prelude::*;
 
 /// A command: its name, what it counts, its usual count, the defect it is meant to see, and what
@@ -41,10 +41,10 @@ const COMMANDS: [Command; 3] = [
 const CHUNK: u64 = 20_000;
 
 /// The sum of `f` over `count` rays, by chunks of at most [`CHUNK`] with a generator each.
-fn sum<const N: usize>(count: u64, f: impl Fn(&mut Pcg, u64) -> [u64; N] + Sync) -> [u64; N] {
+fn sum<const N: usize>(count: u64, f: impl Fn(&mut Rng, u64) -> [u64; N] + Sync) -> [u64; N] {
     (0..count.div_ceil(CHUNK))
         .into_par_iter()
-        .map(|i| f(&mut Pcg::new(i), CHUNK.min(count - i * CHUNK)))
+        .map(|i| f(&mut Rng::new(i), CHUNK.min(count - i * CHUNK)))
         .reduce(
             || [0; N],
             |a, b| std::array::from_fn(|i| a[i].wrapping_add(b[i])),

@@ -3,7 +3,7 @@
 use std::f32::consts::PI;
 
 use glam::Vec3;
-use lightbox_tests::random::Pcg;
+use lightbox_core::lab::random::Rng;
 
 /// Three vertices.
 pub type Triangle = [Vec3; 3];
@@ -45,7 +45,7 @@ pub fn closed(n: usize, center: Vec3, mut radius: impl FnMut() -> f32) -> Vec<Tr
 }
 
 /// A star with spikes from 1 to 6 long.
-pub fn star(n: usize, rng: &mut Pcg) -> Vec<Triangle> {
+pub fn star(n: usize, rng: &mut Rng) -> Vec<Triangle> {
     closed(n, Vec3::ZERO, || 1.0 + 5.0 * rng.unit())
 }
 
@@ -73,7 +73,7 @@ pub fn stairs(steps: usize) -> Vec<Triangle> {
 }
 
 /// Long needles at random angles.
-pub fn needles(n: usize, rng: &mut Pcg) -> Vec<Triangle> {
+pub fn needles(n: usize, rng: &mut Rng) -> Vec<Triangle> {
     let mut needle = || {
         let (center, along) = (rng.cube(), 500.0 * rng.direction());
         [
@@ -87,13 +87,13 @@ pub fn needles(n: usize, rng: &mut Pcg) -> Vec<Triangle> {
 
 /// Triangles of whole coordinates within a small box: most share planes, edges or vertices, many
 /// are without area or repeated.
-pub fn lattice(n: usize, rng: &mut Pcg) -> Vec<Triangle> {
+pub fn lattice(n: usize, rng: &mut Rng) -> Vec<Triangle> {
     let mut point = || Vec3::from_array([0; 3].map(|_| rng.below(4) as f32));
     (0..n).map(|_| [point(), point(), point()]).collect()
 }
 
 /// Triangles of very different sizes, from 10⁻⁶ to 10³.
-pub fn sizes(n: usize, rng: &mut Pcg) -> Vec<Triangle> {
+pub fn sizes(n: usize, rng: &mut Rng) -> Vec<Triangle> {
     let mut triangle = || {
         let size = 10f32.powf(9.0 * rng.unit() - 6.0);
         let center = size.max(1.0) * rng.cube();

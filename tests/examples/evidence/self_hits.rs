@@ -3,9 +3,9 @@
 
 use lightbox_core::AccelKind;
 use lightbox_core::geometry::{Geometry, Primitive, Primitives, SurfacePoint};
+use lightbox_core::lab::random::Rng;
 use lightbox_core::math::Ray;
 use lightbox_core::shape::{Quad, Sphere};
-use lightbox_tests::random::Pcg;
 
 const SCALES: [f32; 6] = [1e-4, 1e-2, 1.0, 1e2, 1e4, 1e6];
 
@@ -48,7 +48,7 @@ pub fn run(count: u64, is_planted: bool) -> bool {
 
 /// Triangles, quads and spheres about `size` large, `distance` from the origin.
 fn shapes(size: f32, distance: f32) -> Primitives {
-    let mut rng = Pcg::new(7);
+    let mut rng = Rng::new(7);
     let mut primitives = Primitives::default();
     for i in 0..60 {
         let center = distance * rng.direction() + size * rng.cube();
@@ -70,7 +70,7 @@ fn shapes(size: f32, distance: f32) -> Primitives {
 
 /// Hits a shape, leaves the hit to either side, and counts what is met of the place left: as
 /// lightbox does it, and with a fixed offset.
-fn spawn(geometry: &Geometry, rng: &mut Pcg, is_planted: bool) -> [u64; 2] {
+fn spawn(geometry: &Geometry, rng: &mut Rng, is_planted: bool) -> [u64; 2] {
     let primitives = geometry.primitives();
     let id = rng.below(primitives.len()) as u32;
     let shape = primitives.get(id);

@@ -231,7 +231,8 @@ fn check_triangle(triangle: [Vec3; 3], ray: &Ray, t: Option<f32>) {
 }
 
 /// Scaled by a power of two the same bits come out; the order of the vertices decides nothing but
-/// rounding; minus zero is zero; and a ray that leaves the hit does not come back.
+/// rounding; minus zero is zero; and a ray that leaves the hit does not come back, unless the
+/// normal is too coarse to tell on which side it leaves.
 fn check_invariance([a, b, c]: [Vec3; 3], ray: &Ray, t: Option<f32>) {
     for k in [-30, 11] {
         let s = 2f32.powi(k);
@@ -262,7 +263,14 @@ fn check_invariance([a, b, c]: [Vec3; 3], ray: &Ray, t: Option<f32>) {
     if ray.t_max == f32::MAX {
         for order in [[b, c, a], [c, a, b], [a, c, b], [c, b, a], [b, a, c]] {
             let hit = ShearedRay::new(ray).triangle(order, ray.t_max);
-            assert_eq!(hit.is_some(), t.is_some(), "{order:?} {ray:?}");
+            // From within the plane, rounding decides whether that lies ahead.
+            let reach = (a - ray.origin).abs().max((b - ray.origin).abs());
+            let reach = f64::from(reach.max((c - ray.origin).abs()).max_element());
+            let least = hit.map(|h| h.t).or(t).map_or(0.0, f64::from);
+            assert!(
+                hit.is_some() == t.is_some() || least <= 64.0 * E * reach,
+                "{order:?} {ray:?}: {hit:?} or {t:?}"
+            );
         }
     }
     let geometry = Geometry::build(
@@ -275,6 +283,9 @@ fn check_invariance([a, b, c]: [Vec3; 3], ray: &Ray, t: Option<f32>) {
     if let Some(hit) = geometry.intersect(ray, |_| false) {
         let point = geometry.primitives().surface_point(ray, &hit);
         for w in [ray.dir, -ray.dir, point.n, -point.n] {
+            if f64::from(w.dot(point.n).abs()) <= 8.0 * E {
+                continue;
+            }
             let again = geometry.intersect(&Ray::new(point.leave(w), w), |_| false);
             assert_eq!(
                 again,

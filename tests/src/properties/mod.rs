@@ -24,7 +24,7 @@ pub use images::images;
 pub use intersectors::intersectors;
 pub use lights::lights;
 
-use crate::random::Pcg;
+use lightbox_core::lab::random::Rng;
 
 /// Prints the input in hand when a property fails, so that it can be kept.
 struct Report<'a>(&'a [u8]);
@@ -56,15 +56,36 @@ pub fn check(name: &str, variations: usize, property: fn(&[u8])) {
         let _report = Report(bytes);
         property(bytes);
     };
-    let mut random = Pcg::new(name.len() as u64);
+    let mut random = Rng::new(name.len() as u64);
     for seed in &corpus {
         try_one(seed);
         for _ in 0..variations {
-            try_one(&random.vary(seed, &corpus));
+            try_one(&vary(&mut random, seed, &corpus));
         }
     }
     for _ in 0..variations * corpus.len() {
         let length = random.below(600);
-        try_one(&random.string(length));
+        try_one(&(0..length).map(|_| random.bits() as u8).collect::<Vec<_>>());
     }
+}
+
+/// A string with a few bytes changed, cut off, or replaced by a part of another string.
+fn vary(random: &mut Rng, seed: &[u8], others: &[Vec<u8>]) -> Vec<u8> {
+    let mut bytes = seed.to_vec();
+    for _ in 0..=random.below(4) {
+        let at = random.below(bytes.len() + 1);
+        match random.below(4) {
+            0 => bytes.truncate(at),
+            1 => {
+                let other = &others[random.below(others.len())];
+                let (from, to) = (random.below(other.len() + 1), random.below(other.len() + 1));
+                let part = &other[from.min(to)..from.max(to)];
+                let end = (at + part.len()).min(bytes.len());
+                bytes.splice(at..end, part.iter().copied());
+            }
+            _ if at < bytes.len() => bytes[at] = random.bits() as u8,
+            _ => {}
+        }
+    }
+    bytes
 }

@@ -20,6 +20,8 @@ mod outputs;
 mod paths;
 mod pictures;
 mod quads;
+pub mod random;
+mod room_pictures;
 mod samplers;
 mod sessions;
 mod slivers;
@@ -33,7 +35,7 @@ mod sums;
 mod surfaces;
 mod traversal;
 mod trees;
-mod trial;
+pub mod trial;
 mod triangles;
 
 use serde::Serialize;

@@ -1,29 +1,32 @@
 //! Pictures of geometry going wrong, and of the same by lightbox. Surfaces are lit from the eye;
 //! where a ray finds nothing although there is something, the pixel is magenta.
 
-use glam::{DVec3, Vec3};
+use std::cell::Cell;
+
+use glam::Vec3;
 use rayon::prelude::*;
 
-use super::input::{Rng, Triangle, build, cast, grid, stairs};
+use super::input::{Triangle, build, cast, grid, stairs};
 use super::naive::{self, Edges};
-use super::{Side, quads, spawn};
-use crate::geometry::{Geometry, SurfacePoint};
-use crate::math::{Frame, Ray, warp};
+use super::triangles::hit;
+use super::{Side, quads, trees};
+use crate::geometry::SurfacePoint;
+use crate::math::{Aabb, Ray};
 use crate::sampler::{Dim, Sampler};
 use crate::scene::load;
 use crate::settings::AccelKind;
-use crate::shape::Sphere;
+use crate::shape::{Sphere, unit_normal};
 use crate::{Camera, Image, SamplerKind};
 
 /// Edge of a picture, pixels.
-const SIZE: u32 = 160;
+pub(super) const SIZE: u32 = 160;
 
 const NOTHING: Vec3 = Vec3::new(0.02, 0.03, 0.05);
-const HOLE: Vec3 = Vec3::new(1.0, 0.0, 1.0);
+pub(super) const HOLE: Vec3 = Vec3::new(1.0, 0.0, 1.0);
 const LAMP: Vec3 = Vec3::new(1.0, 0.9, 0.6);
 
 /// A picture by a function of the pixel and of its middle, from −1 to 1 to the right and up.
-fn draw(color: impl Fn([u32; 2], [f32; 2]) -> Vec3 + Sync) -> Image {
+pub(super) fn draw(color: impl Fn([u32; 2], [f32; 2]) -> Vec3 + Sync) -> Image {
     let pixels = (0..SIZE * SIZE).into_par_iter().map(|i| {
         let pixel = [i % SIZE, i / SIZE];
         let middle = pixel.map(|k| (2 * k + 1) as f32 / SIZE as f32 - 1.0);
@@ -42,7 +45,12 @@ fn lit(n: Vec3, ray: &Ray) -> Vec3 {
 }
 
 /// A ray from `eye` through a point of a picture; the directions are `right`, `up` and `ahead`.
-fn look(eye: Vec3, [right, up, ahead]: [Vec3; 3], [x, y]: [f32; 2], half_width: f32) -> Ray {
+pub(super) fn look(
+    eye: Vec3,
+    [right, up, ahead]: [Vec3; 3],
+    [x, y]: [f32; 2],
+    half_width: f32,
+) -> Ray {
     let d = ahead + half_width * (x * right + y * up);
     Ray::new(eye, d.as_dvec3().normalize().as_vec3())
 }
@@ -191,7 +199,7 @@ fn straight([x, y]: [f32; 2], span: f32, zero: f32) -> Ray {
 fn face(triangles: &[Triangle], id: usize, ray: &Ray) -> Vec3 {
     let [a, b, c] = triangles[id];
     let tint = Vec3::new(1.0, 0.9, 0.8) - 0.25 * (id % 2) as f32;
-    lit(crate::shape::unit_normal(b - a, c - a), ray) * tint
+    lit(unit_normal(b - a, c - a), ray) * tint
 }
 
 /// T02: a grid of squares, each two triangles, with rays exactly on edges and diagonals.
@@ -222,7 +230,7 @@ pub(super) fn cornell(side: Side) -> Image {
             Side::Naive => faces
                 .iter()
                 .find(|q| quads::naive_quad(**q, &ray).is_some())
-                .map(|[a, b, _, d]| crate::shape::unit_normal(*b - *a, *d - *a)),
+                .map(|[a, b, _, d]| unit_normal(*b - *a, *d - *a)),
             Side::Lightbox => scene
                 .intersect(&ray)
                 .map(|hit| scene.primitives().surface_point(&ray, &hit).n),
@@ -282,49 +290,58 @@ pub(super) fn negative_zero(side: Side) -> Image {
     })
 }
 
-/// How much of the room is within half its size of what is seen: dark in corners. A ray that
-/// starts on the wrong side, or finds its own surface, shows.
-fn open_space(room: &Geometry, scale: f32, offset: Vec3, side: Side) -> Image {
-    const RAYS: usize = 48;
-    draw(|pixel, at| {
-        let eye = offset + scale * Vec3::new(0.0, 0.2, 0.9);
-        let ray = look(eye, [Vec3::X, Vec3::Y, -Vec3::Z - 0.2 * Vec3::Y], at, 1.0);
-        let Some(hit) = cast(room, &ray) else {
-            return HOLE;
+/// T10: a sliver seen half a degree off its plane, from 300 away; pixels run along it and, finer,
+/// across. Magenta: hits outside the triangle's box, and holes in the triangle.
+pub(super) fn sliver(side: Side) -> Image {
+    let (a, along) = (Vec3::new(300.0, -200.0, 100.0), Vec3::new(0.6, 0.5, 0.62));
+    let along = along.normalize();
+    let across = along.cross(Vec3::Z).normalize();
+    let triangle = [a, a + 11.2 * along, a + 9.75 * along + 0.3 * across];
+    let n = unit_normal(triangle[1] - a, triangle[2] - a);
+    let dir = (across - 0.009 * n).normalize();
+    let up = dir.cross(along);
+    let bounds = Aabb::of_points(triangle);
+    let slack = 64.0 * f32::EPSILON * 600.0;
+    draw(|_, [x, y]| {
+        let target = a + (5.6 + 7.0 * x) * along + 0.004 * (0.35 + y) * up;
+        let ray = Ray::new(target - 300.0 * dir, dir);
+        let t = match side {
+            Side::Naive => naive::triangle(triangle, &ray, Edges::Closed),
+            Side::Lightbox => hit(triangle, &ray),
         };
-        let point = room.primitives().surface_point(&ray, &hit);
-        let n = if point.n.dot(ray.dir) < 0.0 {
-            point.n
-        } else {
-            -point.n
+        let Some(p) = t.map(|t| ray.at(t)) else {
+            return NOTHING;
         };
-        let mut rng = Rng(u64::from(pixel[0] * SIZE + pixel[1]));
-        let mut color = Vec3::ZERO;
-        for _ in 0..RAYS {
-            let w = warp::cosine_hemisphere([rng.unit(), rng.unit()]);
-            let w = Frame::around(n).world_from_local(w).normalize();
-            let origin = match side {
-                Side::Naive => naive::leave(ray.at(hit.t), n, w, 1e-4),
-                Side::Lightbox => point.leave(w),
-            };
-            color += match cast(room, &Ray::new(origin, w)) {
-                None => HOLE,
-                Some(hit) => Vec3::splat((hit.t / scale).min(1.0)),
-            };
-        }
-        color / RAYS as f32
+        let inside = p.cmpge(bounds.min - slack).all() && p.cmple(bounds.max + slack).all();
+        if inside { Vec3::splat(0.6) } else { HOLE }
     })
 }
 
-/// I01: a room of size 2 at 10⁵.
-pub(super) fn far_room(side: Side) -> Image {
-    let offset = DVec3::new(1e5, -1e5, 1e5).as_vec3();
-    let room = spawn::room(1.0, offset, AccelKind::Auto);
-    open_space(&room, 1.0, offset, side)
-}
-
-/// I02: a room of size 2 · 10⁻⁴.
-pub(super) fn small_room(side: Side) -> Image {
-    let room = spawn::room(1e-4, Vec3::ZERO, AccelKind::Auto);
-    open_space(&room, 1e-4, Vec3::ZERO, side)
+/// K02: triangles that a ray is tested against, of 1000 in one place. A tree that halves its box
+/// all the same meets them in every cell; where rays pass by the triangle, white is 16 times each.
+pub(super) fn identical(side: Side) -> Image {
+    let triangle = [
+        Vec3::new(0.1, 0.2, 0.3),
+        Vec3::new(1.0, -0.5, 0.7),
+        Vec3::new(-0.3, 0.9, 2.0),
+    ];
+    let triangles = [triangle; 1000];
+    let halved = naive::Tree::of(&triangles, 12);
+    let tree = trees::kd_tree(&triangles);
+    let bounds = Aabb::of_points(triangle);
+    let (center, reach) = (bounds.center(), bounds.diagonal());
+    draw(|_, at| {
+        let axes = [Vec3::X, Vec3::Y, Vec3::Z];
+        let ray = look(center - 2.0 * reach * Vec3::Z, axes, at, 0.3);
+        let tests = Cell::new(0);
+        let count = |_| {
+            tests.set(tests.get() + 1);
+            hit(triangle, &ray)
+        };
+        match side {
+            Side::Naive => drop(halved.walk(&ray, (0.0, ray.t_max), &count)),
+            Side::Lightbox => tree.walk(&ray, |id, t_max| count(id).unwrap_or(t_max)),
+        }
+        Vec3::splat(tests.get() as f32 / (16 * triangles.len()) as f32)
+    })
 }

@@ -4,7 +4,8 @@ use std::path::Path;
 
 use glam::Vec3;
 
-use super::input::{NOTHING, Rng, cast, toward};
+use super::input::{NOTHING, cast, toward};
+use super::random::Rng;
 use super::{Bound, Case, Check, Figure, pictures};
 use crate::Scene;
 use crate::geometry::{Geometry, Primitives};

@@ -2,8 +2,9 @@
 
 use glam::{DVec3, Vec3};
 
-use super::input::{Rng, toward};
+use super::input::toward;
 use super::naive::{self, Edges};
+use super::random::Rng;
 use super::triangles::{CORNER, hit};
 use super::{Figure, quads};
 use crate::geometry::SurfacePoint;

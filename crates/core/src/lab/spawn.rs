@@ -2,8 +2,9 @@
 
 use glam::Vec3;
 
-use super::input::{NOTHING, Rng, build, cast, toward};
-use super::{Case, Check, Figure, naive, pictures, quads};
+use super::input::{NOTHING, build, cast, toward};
+use super::random::Rng;
+use super::{Case, Check, Figure, naive, quads, room_pictures};
 use crate::geometry::{Geometry, Primitives, SurfacePoint};
 use crate::math::{Frame, Ray, warp};
 use crate::settings::AccelKind;
@@ -19,7 +20,7 @@ pub(super) const CASES: &[Case] = &[
                2016, §3.9.5).",
         check: Check::Probe(far_room),
         scene: Some("builtin:lab/far-room.toml"),
-        picture: Some(pictures::far_room),
+        picture: Some(room_pictures::far_room),
     },
     Case {
         id: "I02",
@@ -28,7 +29,7 @@ pub(super) const CASES: &[Case] = &[
         cure: "No absolute number anywhere: paths in a scene scaled by a power of two are the same, bit for bit.",
         check: Check::Probe(small_room),
         scene: Some("builtin:lab/small-room.toml"),
-        picture: Some(pictures::small_room),
+        picture: Some(room_pictures::small_room),
     },
     Case {
         id: "I03",
@@ -37,7 +38,7 @@ pub(super) const CASES: &[Case] = &[
         cure: "The start moves by an ulp or two, and no further than the surface may be off.",
         check: Check::Probe(touching),
         scene: Some("builtin:lab/touching-ball.toml"),
-        picture: None,
+        picture: Some(room_pictures::touching_ball),
     },
     Case {
         id: "I04",
@@ -245,26 +246,27 @@ fn small_room() -> Vec<Figure> {
     )]
 }
 
+/// A closed room with a ball that touches the floor.
+pub(super) fn touching_room(scale: f32, offset: Vec3) -> Geometry {
+    let walls = quads::cube_faces().map(|face| Quad::new(face.map(|p| p * scale + offset)));
+    let ball = Sphere {
+        center: offset + Vec3::new(0.0, -0.5, 0.0) * scale,
+        radius: 0.5 * scale,
+    };
+    let primitives = Primitives {
+        quads: walls.to_vec(),
+        spheres: vec![ball],
+        slots: vec![0; 7],
+        ..Primitives::default()
+    };
+    Geometry::build(primitives, AccelKind::Auto)
+}
+
 fn touching() -> Vec<Figure> {
     let mut leaks = [0; 2];
     for (scale, at) in [(1.0f32, 0.0f32), (1.0, 1e3), (1e-3, 0.0), (1e3, 0.0)] {
         let offset = Vec3::splat(at);
-        let walls: Vec<Quad> = quads::cube_faces()
-            .map(|face| Quad::new(face.map(|p| p * scale + offset)))
-            .to_vec();
-        let ball = Sphere {
-            center: offset + Vec3::new(0.0, -0.5, 0.0) * scale,
-            radius: 0.5 * scale,
-        };
-        let room = Geometry::build(
-            Primitives {
-                quads: walls,
-                spheres: vec![ball],
-                slots: vec![0; 7],
-                ..Primitives::default()
-            },
-            AccelKind::Auto,
-        );
+        let room = touching_room(scale, offset);
         for (side, start) in [Start::Fixed, Start::Lightbox].into_iter().enumerate() {
             // From beside the ball, so that many paths go under it.
             let from = offset + Vec3::new(0.7, -0.97, 0.1) * scale;

@@ -2,7 +2,8 @@
 
 use glam::{DVec3, Vec3};
 
-use super::input::{Rng, toward};
+use super::input::toward;
+use super::random::Rng;
 use super::{Bound, Case, Check, Figure, naive, pictures, sphere_points};
 use crate::geometry::SurfacePoint;
 use crate::math::Ray;

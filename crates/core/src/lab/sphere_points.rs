@@ -2,7 +2,8 @@
 
 use glam::Vec3;
 
-use super::input::{Rng, toward};
+use super::input::toward;
+use super::random::Rng;
 use super::sphere::{UNIT, hit};
 use super::{Bound, Figure, naive};
 use crate::geometry::SurfacePoint;

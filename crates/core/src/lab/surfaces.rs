@@ -2,8 +2,9 @@
 
 use glam::{Quat, Vec3};
 
-use super::input::{Rng, Triangle, bits, build, cast, icosphere, toward, trees};
+use super::input::{Triangle, bits, build, cast, icosphere, toward, trees};
 use super::naive::{self, Edges};
+use super::random::Rng;
 use super::{Case, Check, Figure, pictures, quads};
 use crate::math::Ray;
 use crate::settings::AccelKind;

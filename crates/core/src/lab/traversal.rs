@@ -3,9 +3,10 @@
 use glam::Vec3;
 
 use super::input::{
-    NOTHING, Rng, Triangle, all, as_brute_force, bits, build, cast, differences, globe, grid,
-    icosphere, rays_at, stairs, toward,
+    NOTHING, Triangle, all, as_brute_force, bits, build, cast, differences, globe, grid, icosphere,
+    rays_at, stairs, toward,
 };
+use super::random::Rng;
 use super::{Case, Check, Figure, naive, pictures};
 use crate::geometry::{Geometry, Primitives};
 use crate::math::{Aabb, Ray};

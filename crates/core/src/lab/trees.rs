@@ -4,9 +4,10 @@
 use glam::Vec3;
 
 use super::input::{
-    Rng, Triangle, as_brute_force, bits, build, cast, differences, grid, icosphere, needles,
-    rays_at, stairs, toward, trees,
+    Triangle, as_brute_force, bits, build, cast, differences, grid, icosphere, needles, rays_at,
+    stairs, toward, trees,
 };
+use super::random::Rng;
 use super::{Case, Check, Figure, naive, pictures};
 use crate::accel::KdTree;
 use crate::math::{Aabb, Ray};
@@ -29,7 +30,7 @@ pub(super) const CASES: &[Case] = &[
         cure: "A split has to pay by the surface-area heuristic (MacDonald & Booth 1990).",
         check: Check::Probe(identical),
         scene: None,
-        picture: None,
+        picture: Some(pictures::identical),
     },
     Case {
         id: "K03",
@@ -144,7 +145,7 @@ fn few() -> Vec<Figure> {
 }
 
 /// A kd-tree and nothing else, for its statistics.
-fn kd_tree(triangles: &[Triangle]) -> KdTree {
+pub(super) fn kd_tree(triangles: &[Triangle]) -> KdTree {
     let primitives = super::input::primitives(triangles);
     let boxes: Vec<Aabb> = triangles.iter().map(|t| Aabb::of_points(*t)).collect();
     KdTree::build(&boxes, |id, cell| primitives.clipped_bounds(id, cell))

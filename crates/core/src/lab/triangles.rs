@@ -2,8 +2,9 @@
 
 use glam::{Quat, Vec3};
 
-use super::input::{Rng, Triangle, all, cast, globe, toward, trees};
+use super::input::{Triangle, all, cast, globe, toward, trees};
 use super::naive::{self, Edges};
+use super::random::Rng;
 use super::{Case, Check, Figure, pictures, slivers};
 use crate::geometry::SurfacePoint;
 use crate::math::Ray;
@@ -103,7 +104,7 @@ pub(super) const CASES: &[Case] = &[
         cure: "t is an average of the vertices' depths, with weights of one sign.",
         check: Check::Probe(slivers::slivers),
         scene: None,
-        picture: None,
+        picture: Some(pictures::sliver),
     },
     Case {
         id: "T11",

@@ -11,7 +11,7 @@ use rayon::ThreadPool;
 
 use super::picture::Picture;
 use super::preview::Governor;
-use super::{Activity, Inbox, Opened, Shared, Shown, Snapshot, lock};
+use super::{Activity, Inbox, Loaded, Shared, Shown, Snapshot, lock};
 
 struct Engine<'a> {
     shared: &'a Arc<Shared>,
@@ -19,6 +19,10 @@ struct Engine<'a> {
     source: Option<Source>,
     scene: Option<Arc<Scene>>,
     desc: Arc<SceneDesc>,
+    /// Counts files, as `Status::opened` does.
+    opened: u64,
+    /// The work that builds an accelerator, and the description it is for.
+    rebuilding: Option<(u64, Arc<SceneDesc>)>,
     picture: Option<Picture>,
     governor: Governor,
     tone: ToneMap,
@@ -36,6 +40,8 @@ pub(super) fn run(shared: &Arc<Shared>, pool: &ThreadPool) {
         source: None,
         scene: None,
         desc: Arc::default(),
+        opened: 0,
+        rebuilding: None,
         picture: None,
         governor: Governor::default(),
         tone: ToneMap::default(),
@@ -83,7 +89,7 @@ impl Engine<'_> {
         self.stale || picture.has_previews() || !(self.paused || picture.is_done())
     }
 
-    fn apply(&mut self, mut inbox: Inbox) {
+    fn apply(&mut self, inbox: Inbox) {
         if let Some(paused) = inbox.paused {
             self.paused = paused;
         }
@@ -91,80 +97,93 @@ impl Engine<'_> {
             self.stale |= tone != self.tone;
             self.tone = tone;
         }
-        if let Some(opened) = inbox.opened {
-            if opened.is_new {
-                inbox.desc = None; // It was meant for the scene before.
-            }
-            self.take_up(*opened);
+        match inbox.opened {
+            Some(Ok(loaded)) => self.open(*loaded),
+            Some(Err(message)) => self.shared.notify(message, true),
+            None => {}
         }
-        if let Some(desc) = inbox.desc {
-            self.edit(desc);
+        if let Some((number, scene)) = inbox.rebuilt {
+            self.take_up(number, scene);
+        }
+        match inbox.edit {
+            Some((opened, desc)) if opened == self.opened => self.edit(desc),
+            _ => {} // None, or meant for the scene before.
         }
     }
 
-    fn take_up(
-        &mut self,
-        Opened {
-            source,
-            scene,
-            is_new,
-            tone,
-        }: Opened,
-    ) {
+    /// Goes over to another file.
+    fn open(&mut self, (source, scene, tone): Loaded) {
+        self.abandon_rebuild();
+        let scene = Arc::new(scene);
         self.source = Some(source);
         self.scene = Some(scene.clone());
-        if is_new {
-            self.governor = Governor::default();
-            self.tone = tone.unwrap_or(self.tone);
-            let desc = Arc::new(scene.desc().clone());
-            {
-                let mut outbox = lock(&self.shared.outbox);
-                outbox.status.opened += 1;
-                outbox.status.tone = tone;
-                outbox.status.scene = Some(scene.clone());
-                outbox.status.desc = desc.clone();
+        self.governor = Governor::default();
+        self.tone = tone.unwrap_or(self.tone);
+        self.desc = Arc::new(scene.desc().clone());
+        self.opened += 1;
+        {
+            let mut outbox = lock(&self.shared.outbox);
+            outbox.status.opened = self.opened;
+            outbox.status.tone = tone;
+            outbox.status.scene = Some(scene);
+            outbox.status.desc = self.desc.clone();
+        }
+        self.restart();
+    }
+
+    /// Goes over to a scene with edited shapes.
+    fn take_up(&mut self, number: u64, scene: Result<Scene, String>) {
+        if self.rebuilding.take_if(|(n, _)| *n == number).is_none() {
+            return; // It has been superseded.
+        }
+        match scene {
+            Ok(scene) => {
+                self.scene = Some(Arc::new(scene));
+                // Edits may have come while the accelerator was built.
+                self.edit(self.desc.clone());
             }
-            self.desc = desc;
-            self.restart();
-        } else {
-            // Edits may have come while the accelerator was built.
-            self.restart();
-            self.edit(self.desc.clone());
+            Err(message) => self.shared.notify(message, true),
         }
     }
 
     /// Goes over to an edited description with as little new work as it allows.
     fn edit(&mut self, desc: Arc<SceneDesc>) {
-        let Some(scene) = self.scene.clone() else {
+        let Some(mut scene) = self.scene.clone() else {
             return;
         };
-        let old = std::mem::replace(&mut self.desc, desc.clone());
+        self.desc = desc.clone();
         if scene.rebuilds_for(&desc) {
-            self.rebuild(scene, desc.clone());
-            if desc.camera != old.camera {
-                self.restart(); // The old shapes from the new place, until the new are ready.
+            self.rebuild(&scene, desc.clone());
+            // The old shapes from the new place, until the new are ready.
+            let shows = |picture: &Picture| {
+                picture.camera == desc.camera && Arc::ptr_eq(&picture.view.scene, &scene)
+            };
+            if !self.picture.as_ref().is_some_and(shows) {
+                self.restart();
             }
             return;
         }
-        self.shared.abandon_rebuild();
+        self.abandon_rebuild();
         let same_surfaces = (&desc.materials, desc.background)
             == (&scene.desc().materials, scene.desc().background)
             && desc.same_assignments(scene.desc());
         if !same_surfaces {
             match scene.edit((*desc).clone(), &|_| ()) {
-                Ok(scene) => self.scene = Some(Arc::new(scene)),
+                Ok(edited) => scene = Arc::new(edited),
                 Err(e) => return self.shared.notify(e.to_string(), true),
             }
+            self.scene = Some(scene.clone());
         }
-        let samples_only = |a: &SceneDesc, b: &SceneDesc| {
-            let render = RenderSettings {
-                samples: b.render.samples,
-                ..a.render
-            };
-            (a.camera, render) == (b.camera, b.render)
-        };
         match &mut self.picture {
-            Some(picture) if same_surfaces && samples_only(&old, &desc) => {
+            Some(picture)
+                if Arc::ptr_eq(&picture.view.scene, &scene)
+                    && picture.camera == desc.camera
+                    && desc.render
+                        == (RenderSettings {
+                            samples: desc.render.samples,
+                            ..picture.view.settings
+                        }) =>
+            {
                 picture.view.settings.samples = desc.render.samples;
             }
             _ => self.restart(),
@@ -172,26 +191,30 @@ impl Engine<'_> {
     }
 
     /// Has an accelerator built in the background, unless that is under way already.
-    fn rebuild(&self, scene: Arc<Scene>, desc: Arc<SceneDesc>) {
-        let Some(source) = self.source.clone() else {
-            return;
-        };
-        let mut rebuilding = lock(&self.shared.rebuilding);
-        if rebuilding
-            .as_ref()
-            .is_some_and(|wanted| wanted.same_shapes(&desc))
-        {
+    fn rebuild(&mut self, scene: &Arc<Scene>, desc: Arc<SceneDesc>) {
+        let wanted = self.rebuilding.as_ref();
+        if wanted.is_some_and(|(_, wanted)| wanted.same_shapes(&desc)) {
             return;
         }
-        *rebuilding = Some(desc.clone());
-        drop(rebuilding);
-        let label = scene.path().display().to_string();
-        self.shared.load(label, false, move |progress| {
-            let scene = scene
-                .edit((*desc).clone(), progress)
-                .map_err(|e| e.to_string())?;
-            Ok((source, scene, None))
-        });
+        let (scene, edited) = (scene.clone(), desc.clone());
+        let number = self.shared.start(
+            |outbox| &mut outbox.rebuilding,
+            scene.path().display().to_string(),
+            move |progress| {
+                scene
+                    .edit((*edited).clone(), progress)
+                    .map_err(|e| e.to_string())
+            },
+            |inbox, number, scene| inbox.rebuilt = Some((number, scene)),
+        );
+        self.rebuilding = Some((number, desc));
+    }
+
+    /// Drops an accelerator in the making: what asked for it has been taken back.
+    fn abandon_rebuild(&mut self) {
+        if self.rebuilding.take().is_some() {
+            lock(&self.shared.outbox).rebuilding = None;
+        }
     }
 
     /// Starts the present description's picture anew.

@@ -6,6 +6,7 @@
 //! that each takes a fraction of a frame; they never enter a film. Done or paused, the thread
 //! sleeps.
 
+mod background;
 mod engine;
 mod picture;
 mod preview;
@@ -23,6 +24,7 @@ use lightbox_core::scene::{CameraDesc, Phase, Scene, Source};
 use lightbox_core::{Film, SceneDesc, View};
 
 use crate::saved;
+use background::Loading;
 
 /// A picture ready to be shown.
 #[derive(Debug)]
@@ -101,8 +103,12 @@ pub struct Status {
 /// What the user wants and the engine has not taken up yet.
 #[derive(Default)]
 struct Inbox {
-    desc: Option<Arc<SceneDesc>>,
-    opened: Option<Box<Opened>>,
+    /// An edit, and which scene it was meant for: the number that [`Status::opened`] had.
+    edit: Option<(u64, Arc<SceneDesc>)>,
+    /// A file, or why it cannot be opened.
+    opened: Option<Result<Box<Loaded>, String>>,
+    /// The scene with edited shapes, and the number of that work.
+    rebuilt: Option<(u64, Result<Scene, String>)>,
     tone: Option<ToneMap>,
     paused: Option<bool>,
     quit: bool,
@@ -111,25 +117,19 @@ struct Inbox {
 impl Inbox {
     fn is_empty(&self) -> bool {
         let Self {
-            desc,
+            edit,
             opened,
+            rebuilt,
             tone,
             paused,
             quit,
         } = self;
-        desc.is_none() && opened.is_none() && tone.is_none() && paused.is_none() && !quit
+        let is_same_scene = opened.is_none() && rebuilt.is_none() && edit.is_none();
+        is_same_scene && tone.is_none() && paused.is_none() && !quit
     }
 }
 
-/// A scene that a loader thread has finished: fresh from a file, or rebuilt after an edit.
-struct Opened {
-    source: Source,
-    scene: Arc<Scene>,
-    is_new: bool,
-    tone: Option<ToneMap>,
-}
-
-/// What a loader thread comes back with; the tone map if the file has one.
+/// A scene from a file; the tone map if the file has one.
 type Loaded = (Source, Scene, Option<ToneMap>);
 
 /// The picture being made, for saving.
@@ -150,19 +150,22 @@ struct Outbox {
     notices: Vec<Notice>,
     shown: Option<Shown>,
     tone: ToneMap,
+    /// The file being opened.
+    opening: Option<Loading>,
+    /// The accelerator being built for edited shapes.
+    rebuilding: Option<Loading>,
+    /// Works started so far.
+    works: u64,
 }
 
-/// State shared between the window, the engine and loaders. Locks are held for moments only.
+/// State shared between the window, the engine and loaders. Locks are held for moments only, the
+/// outbox's before the inbox's.
 struct Shared {
     inbox: Mutex<Inbox>,
     arrived: Condvar,
     /// Set with every message that makes the work in hand pointless.
     cancel: AtomicBool,
     outbox: Mutex<Outbox>,
-    /// Number of the newest load.
-    loads: Mutex<u64>,
-    /// The edited description for which an accelerator is being built.
-    rebuilding: Mutex<Option<Arc<SceneDesc>>>,
     /// Tells the window that there is something new.
     wake: Box<dyn Fn() + Send + Sync>,
 }
@@ -179,8 +182,6 @@ impl Shared {
             arrived: Condvar::new(),
             cancel: AtomicBool::new(false),
             outbox: Mutex::default(),
-            loads: Mutex::default(),
-            rebuilding: Mutex::default(),
             wake: Box::new(wake),
         }
     }
@@ -195,78 +196,9 @@ impl Shared {
         self.arrived.notify_one();
     }
 
-    /// Drops an accelerator in the making: the edit that asked for it has been taken back.
-    fn abandon_rebuild(&self) {
-        if lock(&self.rebuilding).take().is_some() {
-            *lock(&self.loads) += 1;
-            lock(&self.outbox).status.loading = None;
-        }
-    }
-
     fn notify(&self, text: String, is_error: bool) {
         lock(&self.outbox).notices.push(Notice { text, is_error });
         (self.wake)();
-    }
-
-    /// Runs a load on a thread of its own; the scene in use stays live meanwhile.
-    fn load(
-        self: &Arc<Self>,
-        label: String,
-        is_new: bool,
-        build: impl FnOnce(&dyn Fn(Phase)) -> Result<Loaded, String> + Send + 'static,
-    ) {
-        let load = {
-            let mut loads = lock(&self.loads);
-            *loads += 1;
-            *loads
-        };
-        if is_new {
-            // A rebuild of the scene before is superseded; later edits must not take this load
-            // for it and abandon it.
-            *lock(&self.rebuilding) = None;
-        }
-        lock(&self.outbox).status.loading = Some((label.clone(), Phase::Reading));
-        let shared = self.clone();
-        let run = move || {
-            let progress = |phase| {
-                if *lock(&shared.loads) == load {
-                    lock(&shared.outbox).status.loading = Some((label.clone(), phase));
-                    (shared.wake)();
-                }
-            };
-            // A panic must not leave the window waiting for ever.
-            let result =
-                std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| build(&progress)))
-                    .unwrap_or_else(|_| {
-                        Err(format!(
-                            "{label}: opening it failed by a defect in lightbox; please report it"
-                        ))
-                    });
-            if *lock(&shared.loads) != load {
-                return; // The user has asked for something else since.
-            }
-            lock(&shared.outbox).status.loading = None;
-            *lock(&shared.rebuilding) = None;
-            match result {
-                Ok((source, scene, tone)) => {
-                    let opened = Box::new(Opened {
-                        source,
-                        scene: Arc::new(scene),
-                        is_new,
-                        tone,
-                    });
-                    shared.send(true, |inbox| inbox.opened = Some(opened));
-                }
-                Err(message) => shared.notify(message, true),
-            }
-            (shared.wake)();
-        };
-        if let Err(e) = std::thread::Builder::new()
-            .name("lightbox-load".into())
-            .spawn(run)
-        {
-            self.notify(format!("cannot start a thread ({e})"), true);
-        }
     }
 }
 
@@ -302,12 +234,16 @@ impl Session {
     /// is ready.
     pub fn open(&self, path: &Path) {
         let path = path.to_owned();
-        self.shared
-            .load(path.display().to_string(), true, move |progress| {
+        self.shared.start(
+            |outbox| &mut outbox.opening,
+            path.display().to_string(),
+            move |progress| {
                 let (source, tone) = saved::load(&path)?;
                 let scene = source.build(progress).map_err(|e| e.to_string())?;
-                Ok((source, scene, tone))
-            });
+                Ok(Box::new((source, scene, tone)))
+            },
+            |inbox, _, opened| inbox.opened = Some(opened),
+        );
     }
 
     /// Shows an edited description of the scene that [`Status::opened`] counted: camera, settings,
@@ -322,7 +258,8 @@ impl Session {
             }
             outbox.status.desc = desc.clone();
         }
-        self.shared.send(true, |inbox| inbox.desc = Some(desc));
+        self.shared
+            .send(true, |inbox| inbox.edit = Some((opened, desc)));
     }
 
     /// Rests, or goes on; samples are kept.
@@ -344,7 +281,12 @@ impl Session {
 
     /// The present state.
     pub fn status(&self) -> Status {
-        lock(&self.shared.outbox).status.clone()
+        let outbox = lock(&self.shared.outbox);
+        let loading = outbox.opening.as_ref().or(outbox.rebuilding.as_ref());
+        Status {
+            loading: loading.map(|l| (l.label.clone(), l.phase)),
+            ..outbox.status.clone()
+        }
     }
 
     /// Lines for the user since the last call.

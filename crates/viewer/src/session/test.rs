@@ -1,50 +1,12 @@
-use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
 
+use glam::Vec3;
 use lightbox_core::RenderSettings;
+use lightbox_core::scene::MeshDesc;
 
 use super::*;
 
 const PATIENCE: Duration = Duration::from_secs(60);
-
-fn built(name: &str) -> Loaded {
-    let path = format!("builtin:{name}.toml");
-    let source = lightbox_core::scene::load(Path::new(&path)).expect("a scene");
-    let scene = source.build(&|_| ()).expect("a scene");
-    (source, scene, None)
-}
-
-/// An edit may want a new accelerator while the user opens a file. The file wins, and an edit that
-/// comes later, and drops any rebuild it finds under way, must not take the file for one.
-#[test]
-fn opening_a_file_supersedes_a_rebuild_and_no_later_edit_abandons_it() {
-    let shared = Arc::new(Shared::new(|| ()));
-    let (finish_rebuild, until) = channel::<()>();
-    *lock(&shared.rebuilding) = Some(Arc::default());
-    shared.load("rebuild".into(), false, move |_| {
-        until.recv().expect("the test goes on");
-        Ok(built("sphere-mirror"))
-    });
-    let (finish_load, until) = channel::<()>();
-    shared.load("file".into(), true, move |_| {
-        until.recv().expect("the test goes on");
-        Ok(built("glass-sphere"))
-    });
-    shared.abandon_rebuild();
-    assert!(lock(&shared.outbox).status.loading.is_some());
-    finish_rebuild.send(()).expect("it waits");
-    finish_load.send(()).expect("it waits");
-
-    let inbox = lock(&shared.inbox);
-    let (inbox, waited) = shared
-        .arrived
-        .wait_timeout_while(inbox, PATIENCE, |inbox| inbox.opened.is_none())
-        .expect("no panic");
-    assert!(!waited.timed_out(), "the file was abandoned");
-    let opened = inbox.opened.as_ref().expect("the file");
-    assert!(opened.is_new);
-    assert_eq!(opened.scene.path(), Path::new("builtin:glass-sphere.toml"));
-}
 
 fn wait(what: &str, holds: impl Fn() -> bool) {
     let start = Instant::now();
@@ -88,4 +50,60 @@ fn a_saved_picture_can_be_made_again() {
         view.render(&film, source.desc.render.samples, &AtomicBool::new(false));
         assert!(film.develop() == saved, "picture {i} comes back otherwise");
     }
+}
+
+/// A session in which the furnace's ball has just been edited and asks for a new accelerator.
+fn edited_furnace() -> (Session, SceneDesc) {
+    let session = Session::new(2, || ()).expect("a session");
+    session.open(Path::new("builtin:white-furnace.toml"));
+    wait("the scene", || session.status().opened == 1);
+    let mut desc = (*session.status().desc).clone();
+    desc.spheres[0].radius *= 0.5;
+    (session, desc)
+}
+
+/// A scene that takes long enough to open for an edit to come in between.
+fn slow_scene(folder: &Path) -> PathBuf {
+    let path = folder.join("slow.toml");
+    let text = "[camera]\neye = [0, 0, 3]\ntarget = [0, 0, 0]\n[[mesh]]\nboulder = 200_000\n";
+    std::fs::write(&path, text).expect("a file");
+    path
+}
+
+#[test]
+fn an_edit_of_shapes_does_not_drop_a_file_that_is_being_opened() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (session, desc) = edited_furnace();
+    let path = slow_scene(folder.path());
+    session.open(&path);
+    session.edit(1, desc);
+    wait("the file", || session.status().opened == 2);
+    let status = session.status();
+    assert_eq!(status.scene.expect("a scene").path(), path);
+    assert!(
+        status.desc.spheres.is_empty(),
+        "the edit was for the scene before"
+    );
+}
+
+#[test]
+fn a_file_that_cannot_be_opened_does_not_drop_an_edit_of_shapes() {
+    let (session, mut desc) = edited_furnace();
+    desc.meshes.push(MeshDesc {
+        name: "rock".into(),
+        material: None,
+        file: None,
+        boulder: Some(100_000),
+        scale: 0.1,
+        rotate: Vec3::ZERO,
+        translate: Vec3::ZERO,
+    });
+    session.edit(1, desc.clone());
+    wait("the build", || session.status().loading.is_some());
+    session.open(Path::new("missing.toml"));
+    wait("the refusal", || !session.take_notices().is_empty());
+    wait("the edit", || {
+        let scene = session.status().scene;
+        scene.is_some_and(|scene| scene.desc().same_shapes(&desc))
+    });
 }

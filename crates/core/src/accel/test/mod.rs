@@ -6,6 +6,8 @@ mod traverse;
 
 use glam::{DVec3, Vec3, Vec3Swizzles};
 
+pub use crate::lab::random::Rng;
+
 use super::bvh::Leaves;
 use super::{Bvh, KdTree, bvh, kdtree};
 use crate::math::{Aabb, Ray};
@@ -61,48 +63,6 @@ impl Leaves for Each<'_> {
 
 /// What a walk calls.
 pub type Visit<'a> = &'a mut dyn FnMut(u32, f32) -> f32;
-
-/// Permuted congruential generator (O'Neill 2014), PCG-XSH-RR.
-pub struct Rng(pub u64);
-
-impl Rng {
-    pub fn bits(&mut self) -> u32 {
-        let old = self.0;
-        self.0 = old
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        ((((old >> 18) ^ old) >> 27) as u32).rotate_right((old >> 59) as u32)
-    }
-
-    pub fn below(&mut self, n: usize) -> usize {
-        self.bits() as usize % n
-    }
-
-    pub fn unit(&mut self) -> f32 {
-        (self.bits() >> 8) as f32 / (1 << 24) as f32
-    }
-
-    /// Uniform in [−1, 1)³.
-    pub fn cube(&mut self) -> Vec3 {
-        Vec3::from_array([0; 3].map(|_| self.unit() * 2.0 - 1.0))
-    }
-
-    pub fn point_of(&mut self, [a, b, c]: Triangle) -> Vec3 {
-        let (mut u, mut v) = (self.unit(), self.unit());
-        if u + v > 1.0 {
-            (u, v) = (1.0 - u, 1.0 - v);
-        }
-        a + (b - a) * u + (c - a) * v
-    }
-
-    pub fn soup(&mut self, n: usize, size: f32) -> Vec<Triangle> {
-        let mut triangle = || {
-            let center = self.cube();
-            [0; 3].map(|_| center + size * self.cube())
-        };
-        (0..n).map(|_| triangle()).collect()
-    }
-}
 
 /// Distance to a triangle, after Woop, Benthin & Wald (2013), with edge functions in f64.
 pub fn intersect([a, b, c]: Triangle, ray: &Ray, t_max: f32) -> Option<f32> {
