@@ -2,7 +2,8 @@
 
 use glam::Vec3;
 use lightbox_core::color::ToneMap;
-use lightbox_core::geometry::{Geometry, Primitives};
+use lightbox_core::geometry::{Geometry, Primitives, SurfacePoint};
+use lightbox_core::lab::random::Rng;
 use lightbox_core::light::Lights;
 use lightbox_core::math::Ray;
 use lightbox_core::scene::CameraDesc;
@@ -118,4 +119,52 @@ fn a_long_triangle_beside_the_origin_is_hit_ahead() {
     let hit = ShearedRay::new(&ray).triangle(triangle, f32::MAX);
     let t = hit.expect("it is ahead").t;
     assert!((t - 1077.0436).abs() < 0.6, "{t}");
+}
+
+/// Next to a sphere 10⁴ times as large as the height over it, that height was lost in f32, and
+/// points beyond the horizon were taken to be in sight.
+#[test]
+fn what_is_sampled_of_a_planet_is_in_sight() {
+    let primitives = sphere(Vec3::new(0.0, 4.0, -65_535.82), 65_535.996);
+    let lights = Lights::new(&primitives, [(0, 1.0)]);
+    let p = Vec3::new(-42.666_664, 5.0, 5.0);
+    let largest = 1.0 - f32::EPSILON / 2.0;
+    for u in [0.5, 0.99, 0.9999, 0.999_999, largest] {
+        for v in [0.0, 0.3, 0.5, 0.8] {
+            let sample = lights.sample(p, || 0.5, || [u, v]).expect("from outside");
+            let toward = p.as_dvec3() - sample.point.p.as_dvec3();
+            let side = toward.dot(sample.point.n.as_dvec3());
+            assert!(side > -4e-7 * toward.length(), "{side} from {sample:?}");
+        }
+    }
+}
+
+/// Balls a few steps of f32 large: their points are moved along the surface so far that the normal
+/// turns, and rays into them left to the outside, or the other way round.
+#[test]
+fn rays_leave_balls_of_a_few_steps() {
+    let mut rng = Rng::new(1);
+    for _ in 0..20_000 {
+        let center = 1e6 * rng.direction();
+        let ball = Sphere {
+            center,
+            radius: 0.1 + rng.unit(),
+        };
+        let origin = center + 3.0 * rng.cube();
+        let ray = Ray::new(origin, (center - origin).normalize());
+        let Some(t) = ball.intersect(&ray, f32::INFINITY) else {
+            continue;
+        };
+        let point = SurfacePoint::of_sphere(&ball, ray.at(t));
+        let w = rng.direction();
+        let cos = w.dot(point.n);
+        let again = ball.intersect(&Ray::new(point.leave(w), w), f32::INFINITY);
+        // Outward never; inward the other side, twice the cosine away, less the start's own depth.
+        let depth = (point.leave(w) - point.p).length();
+        let least = 2.0 * -cos * ball.radius - 2.0 * depth - 1e-3;
+        assert!(
+            again.is_none_or(|t| cos < 0.0 && t >= least),
+            "{ball:?} {point:?} along {w}: {again:?} for {least}"
+        );
+    }
 }

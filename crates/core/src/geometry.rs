@@ -164,8 +164,13 @@ impl SurfacePoint {
         let center = sphere.center.as_dvec3();
         // Any normal will do where rounding has put `p` onto the centre of a minute sphere.
         let n = (p.as_dvec3() - center).normalize_or(DVec3::Z);
-        let exact = center + f64::from(sphere.radius) * n;
-        Self::rounded(exact, n.as_vec3(), DVec3::ZERO, center.abs())
+        let radius = f64::from(sphere.radius);
+        let p = round_along(center + radius * n, DVec3::ZERO);
+        // Rounding has moved the point along the surface too. Where the sphere is some steps of
+        // f32 large, that turns the normal, and a ray would leave to the wrong side.
+        let from_center = p.as_dvec3() - center;
+        let n = from_center.normalize_or(n);
+        Self::off(p, n.as_vec3(), radius * n - from_center, center.abs())
     }
 
     /// A point known in f64, computed there from coordinates up to `largest`, rounded along a
@@ -173,7 +178,13 @@ impl SurfacePoint {
     #[inline(always)]
     fn rounded(exact: DVec3, n: Vec3, along: DVec3, largest: DVec3) -> Self {
         let p = round_along(exact, along);
-        let (normal, error) = (n.as_dvec3(), exact - p.as_dvec3());
+        Self::off(p, n, exact - p.as_dvec3(), largest)
+    }
+
+    /// A point that is `error` off the surface, known in f64 from coordinates up to `largest`.
+    #[inline(always)]
+    fn off(p: Vec3, n: Vec3, error: DVec3, largest: DVec3) -> Self {
+        let normal = n.as_dvec3();
         let height = normal.dot(error);
         // Of the normal in f32, and of f64.
         const F32: f64 = 1.0 / (1u64 << 22) as f64;

@@ -97,7 +97,11 @@ fn spawn(geometry: &Geometry, rng: &mut Rng, is_planted: bool) -> [u64; 2] {
     if is_planted {
         point.surface = [0.0; 2];
     }
-    let w = rng.direction();
+    // Along the plane, up to the rounding of the normal, a ray may leave to either side: one
+    // direction in four million.
+    let w = std::iter::repeat_with(|| rng.direction())
+        .find(|w| w.dot(point.n).abs() > f32::EPSILON)
+        .unwrap_or(point.n);
     let naive = Ray::new(point.p + NAIVE * point.n * w.dot(point.n).signum(), w);
     let ours = Ray::new(point.leave(w), w);
     let shape = primitives.get(hit.prim);

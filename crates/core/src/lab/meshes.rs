@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{Bound, Case, Check, Figure};
+use super::{Bound, Case, Check, Figure, mesh_materials};
 use crate::scene::SceneWarning;
 use crate::scene::obj::{self, ObjMesh};
 
@@ -21,7 +21,7 @@ pub(super) const CASES: &[Case] = &[
         title: "colours of one number, or of none",
         failure: "tobj 4.0.5 panics on `Kd 0.5`, which is legal, and on `Kd`.",
         cure: "Material files are checked and written out in full.",
-        check: Check::Probe(colors),
+        check: Check::Probe(mesh_materials::colors),
         scene: None,
         picture: None,
     },
@@ -68,7 +68,7 @@ pub(super) const CASES: &[Case] = &[
         title: "materials that are not there",
         failure: "The material is missing in silence, or the whole file is refused.",
         cure: "The default material, and a warning with the line.",
-        check: Check::Probe(missing),
+        check: Check::Probe(mesh_materials::missing),
         scene: None,
         picture: None,
     },
@@ -77,7 +77,7 @@ pub(super) const CASES: &[Case] = &[
         title: "materials that no surface has",
         failure: "Reflectances of NaN, 2 and −1 pass into the render.",
         cure: "Clamped with a warning, or refused where no number is meant.",
-        check: Check::Probe(impossible),
+        check: Check::Probe(mesh_materials::impossible),
         scene: None,
         picture: None,
     },
@@ -96,7 +96,7 @@ pub(super) const CASES: &[Case] = &[
 const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvn 0 0 1\n";
 
 /// What must come of a text.
-enum Outcome {
+pub(super) enum Outcome {
     /// A mesh of this area, with one kind of warning that begins so, or none if empty.
     Loads(f64, &'static str),
     /// An error of one line that names this line and holds this part.
@@ -126,7 +126,7 @@ fn is_sound(mesh: &ObjMesh) -> bool {
 }
 
 /// Whether warnings are one that begins, after its place, with `expected`, or none if it is empty.
-fn are_as_told(warnings: &[SceneWarning], expected: &str) -> bool {
+pub(super) fn are_as_told(warnings: &[SceneWarning], expected: &str) -> bool {
     match warnings {
         [] => expected.is_empty(),
         [one] => !expected.is_empty() && one.to_string().contains(expected),
@@ -147,7 +147,7 @@ fn is_as_told(text: &str, outcome: &Outcome) -> bool {
 }
 
 /// Texts appended to the square that come out otherwise than told.
-fn astray(table: &[(&str, Outcome)]) -> f64 {
+pub(super) fn astray(table: &[(&str, Outcome)]) -> f64 {
     let wrong =
         |(text, outcome): &&(&str, Outcome)| !is_as_told(&format!("{SQUARE}{text}"), outcome);
     table.iter().filter(wrong).count() as f64
@@ -167,7 +167,7 @@ fn tobj(text: &str, single_index: bool) -> Option<tobj::Mesh> {
     models.into_iter().next().map(|model| model.mesh)
 }
 
-fn figure(what: &'static str, naive: Option<f64>, lightbox: f64) -> Figure {
+pub(super) fn figure(what: &'static str, naive: Option<f64>, lightbox: f64) -> Figure {
     Figure {
         what,
         naive,
@@ -200,41 +200,6 @@ fn numbers() -> Vec<Figure> {
         "texts of 9 with another outcome (naive: NaN or ∞ let through, of 4)",
         Some(passed.count() as f64),
         astray(&table),
-    )]
-}
-
-/// What must come of a material: its albedo and the warning as of a mesh, or a part of the error.
-type Albedo = Result<([f32; 3], &'static str), &'static str>;
-
-/// MTL texts after `newmtl a` that come out otherwise.
-fn materials_astray(table: &[(&str, Albedo)]) -> f64 {
-    let wrong = |(text, outcome): &&(&str, Albedo)| match (
-        obj::materials(&format!("newmtl a\n{text}\n")),
-        outcome,
-    ) {
-        (Ok((materials, warnings)), Ok((albedo, warning))) => {
-            materials.first().map(|m| m.albedo.to_array()) != Some(*albedo)
-                || !are_as_told(&warnings, warning)
-        }
-        (Err(e), Err(part)) => e.line != Some(2) || !e.message.contains(part),
-        _ => true,
-    };
-    table.iter().filter(wrong).count() as f64
-}
-
-fn colors() -> Vec<Figure> {
-    let table = [
-        ("Kd 0.5", Ok(([0.5; 3], ""))),
-        ("Kd .1 .2 .3", Ok(([0.1, 0.2, 0.3], ""))),
-        ("kd .1 .2 .3 .4 # blue", Ok(([0.1, 0.2, 0.3], ""))),
-        ("Kd", Err("one or three numbers, here are 0")),
-        ("Kd .1 .2", Err("one or three numbers, here are 2")),
-        ("Ks 0,5", Err("decimal point")),
-    ];
-    vec![figure(
-        "material texts of 6 with another outcome",
-        None,
-        materials_astray(&table),
     )]
 }
 
@@ -332,64 +297,6 @@ fn concave() -> Vec<Figure> {
         lightbox: covered,
         bound: Bound::Exactly(2.5),
     }]
-}
-
-fn missing() -> Vec<Figure> {
-    let table = [
-        (
-            "usemtl zzz\nf 1 2 3\nusemtl zzz",
-            Loads(0.5, "no material \"zzz\""),
-        ),
-        (
-            "mtllib no such.mtl\nf 1 2 3",
-            Loads(0.5, "no material library \"no such.mtl\""),
-        ),
-        ("usemtl\nf 1 2 3", Loads(0.5, "usemtl names no material")),
-    ];
-    let default = crate::scene::MaterialDesc::default().albedo.to_array();
-    let materials = [
-        (
-            "Kd spectral file.rfl 1",
-            Ok((default, "Kd: spectral and xyz")),
-        ),
-        ("Kd xyz .1 .2 .3", Ok((default, "Kd: spectral and xyz"))),
-        (
-            "map_Kd no such.png",
-            Ok((default, "no texture \"no such.png\"")),
-        ),
-        ("map_Kd", Ok((default, "map_Kd: names no file"))),
-        (
-            "illum many\nillum 256",
-            Ok((default, "illum: the illumination model")),
-        ),
-        ("Pr 0.5\nd 1\nTf 1\n\\\nmap_Bump", Ok((default, ""))),
-    ];
-    vec![figure(
-        "texts of 9 with another outcome",
-        None,
-        astray(&table) + materials_astray(&materials),
-    )]
-}
-
-fn impossible() -> Vec<Figure> {
-    let table = [
-        ("Kd nan 2 -1", Err("finite")),
-        ("Kd .1 .2 inf", Err("finite")),
-        ("Ke inf", Err("finite")),
-        ("Ni nan", Err("finite")),
-        ("Ni", Err("not a number")),
-        ("newmtl ", Err("no name")),
-        (
-            "Kd 2 -1 .5",
-            Ok(([1.0, 0.0, 0.5], "Kd: values are clamped to 0 … 1 (2 times)")),
-        ),
-        ("Kd .5 .5 .5\nNi 0", Ok(([0.5; 3], ""))),
-    ];
-    vec![figure(
-        "material texts of 8 with another outcome",
-        None,
-        materials_astray(&table),
-    )]
 }
 
 fn dialects() -> Vec<Figure> {

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::input::{Triangle, build, cast, grid, stairs};
 use super::naive::{self, Edges};
 use super::triangles::hit;
-use super::{Side, quads, trees};
+use super::{Side, quads, tree_size};
 use crate::geometry::SurfacePoint;
 use crate::math::{Aabb, Ray};
 use crate::sampler::{Dim, Sampler};
@@ -327,7 +327,7 @@ pub(super) fn identical(side: Side) -> Image {
     ];
     let triangles = [triangle; 1000];
     let halved = naive::Tree::of(&triangles, 12);
-    let tree = trees::kd_tree(&triangles);
+    let tree = tree_size::kd_tree(&triangles);
     let bounds = Aabb::of_points(triangle);
     let (center, reach) = (bounds.center(), bounds.diagonal());
     draw(|_, at| {

@@ -5,7 +5,7 @@ use glam::{DVec3, Vec3};
 use super::input::cast;
 use super::pictures::{HOLE, SIZE, draw, look};
 use super::random::Rng;
-use super::{Side, naive, spawn};
+use super::{Side, naive, rooms};
 use crate::Image;
 use crate::geometry::Geometry;
 use crate::math::{Frame, Ray, warp};
@@ -63,19 +63,19 @@ fn open_space(
 /// I01: a room of size 2 at 10⁵.
 pub(super) fn far_room(side: Side) -> Image {
     let offset = DVec3::new(1e5, -1e5, 1e5).as_vec3();
-    let room = spawn::room(1.0, offset, AccelKind::Auto);
+    let room = rooms::room(1.0, offset, AccelKind::Auto);
     open_space(&room, (1.0, offset), FROM_THE_BACK, side)
 }
 
 /// I02: a room of size 2 · 10⁻⁴.
 pub(super) fn small_room(side: Side) -> Image {
-    let room = spawn::room(1e-4, Vec3::ZERO, AccelKind::Auto);
+    let room = rooms::room(1e-4, Vec3::ZERO, AccelKind::Auto);
     open_space(&room, (1e-4, Vec3::ZERO), FROM_THE_BACK, side)
 }
 
 /// I03: where a ball touches the floor of a room of size 2 · 10⁻³.
 pub(super) fn touching_ball(side: Side) -> Image {
-    let room = spawn::touching_room(1e-3, Vec3::ZERO);
+    let room = rooms::touching_room(1e-3, Vec3::ZERO);
     let view = (Vec3::new(0.0, -0.8, 0.95), Vec3::new(0.0, -0.2, -1.0), 0.5);
     open_space(&room, (1e-3, Vec3::ZERO), view, side)
 }

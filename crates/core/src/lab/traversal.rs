@@ -7,11 +7,9 @@ use super::input::{
     rays_at, stairs, toward,
 };
 use super::random::Rng;
-use super::{Case, Check, Figure, naive, pictures};
-use crate::geometry::{Geometry, Primitives};
+use super::{Case, Check, Figure, naive, pictures, ray_ends};
 use crate::math::{Aabb, Ray};
 use crate::settings::AccelKind;
-use crate::shape::{Quad, Sphere};
 
 pub(super) const CASES: &[Case] = &[
     Case {
@@ -69,7 +67,7 @@ pub(super) const CASES: &[Case] = &[
         title: "rays of NaN and infinity",
         failure: "Hangs, panics, or hits at NaN.",
         cure: "Such rays hit nothing, found out before the walk.",
-        check: Check::Probe(no_rays),
+        check: Check::Probe(ray_ends::no_rays),
         scene: None,
         picture: None,
     },
@@ -78,7 +76,7 @@ pub(super) const CASES: &[Case] = &[
         title: "the ends of a ray",
         failure: "Off by one at t = t_max; hits at t_max ≤ 0.",
         cure: "0 < t ≤ t_max, for every shape in every accelerator.",
-        check: Check::Probe(ends),
+        check: Check::Probe(ray_ends::ends),
         scene: None,
         picture: None,
     },
@@ -288,102 +286,6 @@ fn flat_boxes() -> Vec<Figure> {
         "answers that differ from brute force (naive: boxes of 3000 missed by rays in them)",
         Some(missed),
         found,
-    )]
-}
-
-fn no_rays() -> Vec<Figure> {
-    let triangles = icosphere(3);
-    let ray = Ray::new(Vec3::new(0.0, 0.1, 3.0), -Vec3::Z);
-    let mut bad = vec![Ray {
-        dir: Vec3::ZERO,
-        ..ray
-    }];
-    for x in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
-        for axis in 0..3 {
-            let (mut origin, mut dir) = (ray.origin, ray.dir);
-            origin[axis] = x;
-            dir[axis] = x;
-            bad.extend([
-                Ray { origin, ..ray },
-                Ray { dir, ..ray },
-                Ray { origin, dir, ..ray },
-            ]);
-        }
-    }
-    bad.push(Ray {
-        t_max: f32::NAN,
-        ..ray
-    });
-    let mut found = 0;
-    for geometry in all(&triangles) {
-        for ray in &bad {
-            found += usize::from(cast(&geometry, ray).is_some());
-            found += usize::from(geometry.occluded(ray, NOTHING));
-        }
-    }
-    // NaN passes the naive triangle's tests.
-    let naive = bad.iter().filter(|ray| {
-        let hits = |t: &Triangle| naive::triangle(*t, ray, naive::Edges::Closed).is_some();
-        triangles.iter().any(hits)
-    });
-    vec![Figure::none("hits", Some(naive.count()), found)]
-}
-
-fn ends() -> Vec<Figure> {
-    let square = [Vec3::ZERO, Vec3::X, Vec3::X + Vec3::Y, Vec3::Y].map(|p| p.with_z(2.0));
-    let [a, b, c, d] = square;
-    // The same surface 2 away as each kind of primitive, three to a scene so that trees are built.
-    let scenes: [&dyn Fn() -> Primitives; 3] = [
-        &|| Primitives {
-            triangles: vec![[a, b, c], [a, c, d], [a, b, d]],
-            slots: vec![0; 3],
-            ..Primitives::default()
-        },
-        &|| Primitives {
-            quads: vec![Quad::new(square); 3],
-            slots: vec![0; 3],
-            ..Primitives::default()
-        },
-        &|| Primitives {
-            spheres: vec![
-                Sphere {
-                    center: Vec3::new(0.5, 0.25, 3.0),
-                    radius: 1.0,
-                };
-                3
-            ],
-            slots: vec![0; 3],
-            ..Primitives::default()
-        },
-    ];
-    let ray = Ray::new(Vec3::new(0.5, 0.25, 0.0), Vec3::Z);
-    let mut wrong = 0;
-    for scene in scenes {
-        for accel in AccelKind::ALL {
-            let geometry = Geometry::build(scene(), *accel);
-            for (t_max, hits) in [
-                (f32::INFINITY, true),
-                (f32::MAX, true),
-                (2.0, true),
-                (2f32.next_down(), false),
-                (1.0, false),
-                (f32::MIN_POSITIVE, false),
-                (0.0, false),
-                (-0.0, false),
-                (-1.0, false),
-                (f32::NEG_INFINITY, false),
-                (f32::NAN, false),
-            ] {
-                let ray = Ray { t_max, ..ray };
-                wrong += usize::from(cast(&geometry, &ray).is_some_and(|h| h.t == 2.0) != hits);
-                wrong += usize::from(geometry.occluded(&ray, NOTHING) != hits);
-            }
-        }
-    }
-    vec![Figure::none(
-        "wrong answers for 11 values of t_max and three shapes",
-        None,
-        wrong,
     )]
 }
 

@@ -8,7 +8,7 @@ use super::input::{
     stairs, toward, trees,
 };
 use super::random::Rng;
-use super::{Case, Check, Figure, naive, pictures};
+use super::{Case, Check, Figure, naive, pictures, tree_size};
 use crate::accel::KdTree;
 use crate::math::{Aabb, Ray};
 use crate::settings::AccelKind;
@@ -28,7 +28,7 @@ pub(super) const CASES: &[Case] = &[
         title: "10⁵ identical triangles",
         failure: "No plane parts them: the recursion never ends, or ends in N·2^depth references.",
         cure: "A split has to pay by the surface-area heuristic (MacDonald & Booth 1990).",
-        check: Check::Probe(identical),
+        check: Check::Probe(tree_size::identical),
         scene: None,
         picture: Some(pictures::identical),
     },
@@ -95,7 +95,7 @@ pub(super) const CASES: &[Case] = &[
         title: "10⁴ needles",
         failure: "Long thin triangles at random angles cross every cell: references explode.",
         cure: "A budget of references.",
-        check: Check::Probe(needle_budget),
+        check: Check::Probe(tree_size::needle_budget),
         scene: None,
         picture: None,
     },
@@ -113,7 +113,7 @@ pub(super) const CASES: &[Case] = &[
         title: "four times the triangles",
         failure: "Builders of O(N²): minutes at 10⁶.",
         cure: "O(N log N) by merging sorted events (Wald & Havran 2006).",
-        check: Check::Probe(growth),
+        check: Check::Probe(tree_size::growth),
         scene: None,
         picture: None,
     },
@@ -144,43 +144,6 @@ fn few() -> Vec<Figure> {
     vec![as_brute_force(found)]
 }
 
-/// A kd-tree and nothing else, for its statistics.
-pub(super) fn kd_tree(triangles: &[Triangle]) -> KdTree {
-    let primitives = super::input::primitives(triangles);
-    let boxes: Vec<Aabb> = triangles.iter().map(|t| Aabb::of_points(*t)).collect();
-    KdTree::build(&boxes, |id, cell| primitives.clipped_bounds(id, cell))
-}
-
-fn references_per_triangle(triangles: &[Triangle]) -> f64 {
-    kd_tree(triangles).stats().references as f64 / triangles.len() as f64
-}
-
-fn identical() -> Vec<Figure> {
-    let triangle = [
-        Vec3::new(0.1, 0.2, 0.3),
-        Vec3::new(1.0, -0.5, 0.7),
-        Vec3::new(-0.3, 0.9, 2.0),
-    ];
-    let mut found = 0;
-    let mut references = 0.0f64;
-    for triangle in [triangle, triangle.map(|p| p.with_z(1.0))] {
-        let triangles = vec![triangle; 100_000];
-        references = references.max(references_per_triangle(&triangles));
-        found += differences(&triangles, &rays_at(&triangles, 12, &mut Rng(6)));
-    }
-    // Halving to a depth of 12, with few enough triangles to be held.
-    let halved = naive::Tree::of(&[triangle; 100], 12).references() as f64 / 100.0;
-    vec![
-        Figure::at_most(
-            "references per triangle (naive: halving 12 times)",
-            Some(halved),
-            references,
-            4.0,
-        ),
-        as_brute_force(found),
-    ]
-}
-
 fn flat() -> Vec<Figure> {
     let mut rng = Rng(9);
     let dir = Vec3::new(1.0, 2.0, 4.0);
@@ -200,7 +163,7 @@ fn flat() -> Vec<Figure> {
     let mut infinite = 0;
     for triangles in sets {
         found += differences(&triangles, &rays_at(&triangles, 1500, &mut rng));
-        infinite += usize::from(!kd_tree(&triangles).stats().sah_cost.is_finite());
+        infinite += usize::from(!tree_size::kd_tree(&triangles).stats().sah_cost.is_finite());
     }
     vec![
         as_brute_force(found),
@@ -349,27 +312,6 @@ fn clipped() -> Vec<Figure> {
     vec![as_brute_force(differences(&slivers, &rays))]
 }
 
-fn needle_budget() -> Vec<Figure> {
-    let mut rng = Rng(4);
-    let many = needles(10_000, 500.0, &mut rng);
-    let few: Vec<Triangle> = many[..1500].to_vec();
-    let dense = needles(1500, 10.0, &mut rng);
-    let found = [few, dense]
-        .iter()
-        .map(|n| differences(n, &rays_at(n, 2000, &mut rng)))
-        .sum();
-    let halved = naive::Tree::of(&many, 14).references() as f64 / many.len() as f64;
-    vec![
-        Figure::at_most(
-            "references per needle (naive: halving 14 times)",
-            Some(halved),
-            references_per_triangle(&many),
-            16.0,
-        ),
-        as_brute_force(found),
-    ]
-}
-
 fn order_and_threads() -> Vec<Figure> {
     let mut rng = Rng(18);
     let mut triangles = rng.soup(1000, 0.2);
@@ -399,31 +341,5 @@ fn order_and_threads() -> Vec<Figure> {
     vec![
         Figure::none("distances that change in 10 other orders", None, by_order),
         Figure::none("distances that change at 1, 2, 8 threads", None, by_threads),
-    ]
-}
-
-fn growth() -> Vec<Figure> {
-    // Not seconds, which a busy machine makes of them what it likes, but the work that they are
-    // spent on: what the builder asks of the primitives, and what it leaves behind.
-    let work = |times| {
-        let mesh = icosphere(times);
-        let primitives = super::input::primitives(&mesh);
-        let boxes: Vec<Aabb> = mesh.iter().map(|t| Aabb::of_points(*t)).collect();
-        let clips = std::sync::atomic::AtomicUsize::new(0);
-        let tree = KdTree::build(&boxes, |id, cell| {
-            clips.fetch_add(1, std::sync::atomic::Ordering::Relaxed);
-            primitives.clipped_bounds(id, cell)
-        });
-        (clips.into_inner() as f64, tree.stats().nodes as f64)
-    };
-    let (small, large) = (work(5), work(6));
-    vec![
-        Figure::at_most(
-            "clips for 81920 triangles over those for 20480",
-            Some(16.0), // O(N²)
-            large.0 / small.0,
-            5.5,
-        ),
-        Figure::at_most("nodes, likewise", None, large.1 / small.1, 5.5),
     ]
 }
