@@ -219,23 +219,28 @@ pub(super) fn edges(side: Side) -> Image {
     })
 }
 
-/// Q01: the measured Cornell box from within, towards the wall that is no parallelogram.
+/// Q01: the measured Cornell box from within, towards the wall that is no parallelogram. The more
+/// magenta, the further off the measured corners' surface, up to 3.2 units.
 pub(super) fn cornell(side: Side) -> Image {
     let faces = quads::cornell_faces();
     let scene = quads::scene(&faces).expect("a box of convex quads");
     draw(|_, at| {
         let axes = [Vec3::Z, Vec3::Y, Vec3::X];
         let ray = look(Vec3::new(40.0, 270.0, 280.0), axes, at, 0.62);
-        let n = match side {
+        let Some(hit) = scene.intersect(&ray) else {
+            return HOLE;
+        };
+        let color = lit(scene.primitives().surface_point(&ray, &hit).n, &ray);
+        let t = match side {
             Side::Naive => faces
                 .iter()
-                .find(|q| quads::naive_quad(**q, &ray).is_some())
-                .map(|[a, b, _, d]| unit_normal(*b - *a, *d - *a)),
-            Side::Lightbox => scene
-                .intersect(&ray)
-                .map(|hit| scene.primitives().surface_point(&ray, &hit).n),
+                .filter_map(|q| quads::naive_quad(*q, &ray))
+                .min_by(f32::total_cmp),
+            Side::Lightbox => Some(hit.t),
         };
-        n.map_or(HOLE, |n| lit(n, &ray))
+        t.map_or(HOLE, |t| {
+            color.lerp(HOLE, ((t - hit.t).abs() / 3.2).min(1.0))
+        })
     })
 }
 
@@ -290,20 +295,20 @@ pub(super) fn negative_zero(side: Side) -> Image {
     })
 }
 
-/// T10: a sliver seen half a degree off its plane, from 300 away; pixels run along it and, finer,
-/// across. Magenta: hits outside the triangle's box, and holes in the triangle.
+/// T10: a sliver seen a twentieth of a degree off its plane, from 300 away; pixels run along it and,
+/// finer, across. Magenta: hits outside the triangle's box.
 pub(super) fn sliver(side: Side) -> Image {
     let (a, along) = (Vec3::new(300.0, -200.0, 100.0), Vec3::new(0.6, 0.5, 0.62));
     let along = along.normalize();
     let across = along.cross(Vec3::Z).normalize();
-    let triangle = [a, a + 11.2 * along, a + 9.75 * along + 0.3 * across];
+    let triangle = [a, a + 11.2 * along, a + 9.75 * along + 0.03 * across];
     let n = unit_normal(triangle[1] - a, triangle[2] - a);
-    let dir = (across - 0.009 * n).normalize();
+    let dir = (across - 0.0009 * n).normalize();
     let up = dir.cross(along);
     let bounds = Aabb::of_points(triangle);
     let slack = 64.0 * f32::EPSILON * 600.0;
     draw(|_, [x, y]| {
-        let target = a + (5.6 + 7.0 * x) * along + 0.004 * (0.35 + y) * up;
+        let target = a + (5.6 + 7.0 * x) * along + 4e-5 * (0.35 + y) * up;
         let ray = Ray::new(target - 300.0 * dir, dir);
         let t = match side {
             Side::Naive => naive::triangle(triangle, &ray, Edges::Closed),

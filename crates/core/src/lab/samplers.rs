@@ -75,7 +75,8 @@ pub(super) const CASES: &[Case] = &[
         id: "Y07",
         title: "dimensions, pixels, halves and seeds that follow each other",
         failure: "One seed for all gives noise with a structure, and means that look biased.",
-        cure: "All of them are mixed into the key of the scrambling.",
+        cure: "All of them are mixed into the key of the scrambling. Within a pixel correlations are \
+               told in standard deviations: those of stratified numbers are 1.26/√N, not 1/√N.",
         check: Check::Probe(streams::correlation),
         scene: None,
         picture: None,
