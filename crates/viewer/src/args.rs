@@ -55,10 +55,10 @@ pub struct RenderArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..), help_heading = STOP)]
     pub spp: Option<u64>,
     /// Stop after S seconds of tracing, to the nearest whole sample per pixel, at least one
-    #[arg(long, value_name = "S", value_parser = positive, help_heading = STOP)]
+    #[arg(long, value_name = "S", value_parser = positive, allow_negative_numbers = true, help_heading = STOP)]
     pub seconds: Option<f64>,
     /// Stop when the estimated relative noise is at most R, from 16 samples per pixel on
-    #[arg(long, value_name = "R", value_parser = positive, help_heading = STOP)]
+    #[arg(long, value_name = "R", value_parser = positive, allow_negative_numbers = true, help_heading = STOP)]
     pub noise: Option<f64>,
 
     /// Width and height in pixels
