@@ -13,7 +13,7 @@
 //! The background is not aimed at: it counts fully in every method.
 //!
 //! Paths advance together, a bounce at a time, as a [`Wave`]: all their rays are cast, then all
-//! hits are shaded, [`GROUP`] side by side, then all shadow rays are cast. No path sees another, so
+//! hits are shaded, `GROUP` side by side, then all shadow rays are cast. No path sees another, so
 //! what a path finds does not depend on its wave.
 
 use std::sync::atomic::{AtomicBool, Ordering};
