@@ -1,6 +1,6 @@
 //! How far apart two pictures are.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use serde::Serialize;
 
 use crate::film::Image;
@@ -21,23 +21,36 @@ pub struct Comparison {
     pub worst_share: f64,
 }
 
+/// Relative squared error of a pixel, added up over its channels: (x−ref)²/(ref²+0.01).
+pub fn relative_square(x: Vec3, reference: Vec3) -> f64 {
+    let (x, r) = (x.as_dvec3(), reference.as_dvec3());
+    let d = x - r;
+    (d * d / (r * r + 0.01)).element_sum()
+}
+
+/// Whether a reference can be compared with pictures of some width and height; the error is one
+/// line.
+pub fn check_size([width, height]: [u32; 2], reference: &Image) -> Result<(), String> {
+    if [width, height] == [reference.width, reference.height] {
+        return Ok(());
+    }
+    Err(format!(
+        "the image is {width}x{height} but the reference {}x{}; render both at one size",
+        reference.width, reference.height
+    ))
+}
+
 /// Compares two images of one size; the error is one line.
 pub fn compare(image: &Image, reference: &Image) -> Result<Comparison, String> {
-    if (image.width, image.height) != (reference.width, reference.height) {
-        return Err(format!(
-            "the image is {}x{} but the reference {}x{}; render both at one size",
-            image.width, image.height, reference.width, reference.height
-        ));
-    }
+    check_size([image.width, image.height], reference)?;
     let (mut relative, mut square) = (0.0, 0.0);
     let (mut sum, mut reference_sum) = (DVec3::ZERO, DVec3::ZERO);
     let mut worst = (0, 0.0);
     for (i, (x, r)) in image.pixels.iter().zip(&reference.pixels).enumerate() {
+        let pixel = relative_square(*x, *r);
         let (x, r) = (x.as_dvec3(), r.as_dvec3());
-        let d2 = (x - r) * (x - r);
-        let pixel = (d2 / (r * r + 0.01)).element_sum();
         relative += pixel;
-        square += d2.element_sum();
+        square += (x - r).length_squared();
         sum += x;
         reference_sum += r;
         // Not a number is worst of all.

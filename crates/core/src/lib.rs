@@ -50,6 +50,7 @@ pub mod scene;
 // Transport and pictures.
 pub mod compare;
 pub mod film;
+pub mod forecast;
 pub mod image_io;
 pub mod integrator;
 pub mod render;
