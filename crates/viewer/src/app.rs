@@ -10,8 +10,8 @@ use crate::dialogs::{Answer, Dialogs, OPENS};
 use crate::keys::{self, Action};
 use crate::model::{Model, scene_name};
 use crate::orbit;
-use crate::panels::{self, Banners, LabPanel};
-use crate::session::{Activity, Notice, Session, Status};
+use crate::panels::{self, Banners, ChartPanel, LabPanel};
+use crate::session::{Activity, Budget, Moment, Notice, Session, Status};
 use crate::viewport::Viewport;
 
 /// Stops by which a key changes the exposure.
@@ -80,7 +80,7 @@ pub struct App {
     session: Session,
     model: Model,
     /// What the engine was told last.
-    sent: (SceneDesc, ToneMap),
+    sent: (SceneDesc, ToneMap, Budget),
     /// The `opened` count that the model belongs to.
     opened: u64,
     /// The file named in the window's title.
@@ -91,6 +91,9 @@ pub struct App {
     dialogs: Dialogs,
     is_help_open: bool,
     lab: LabPanel,
+    chart: ChartPanel,
+    /// What the engine was asked to look back to.
+    past: Option<Moment>,
 }
 
 impl App {
@@ -115,6 +118,8 @@ impl App {
             dialogs: Dialogs::default(),
             is_help_open: false,
             lab: LabPanel::new(ctx),
+            chart: ChartPanel::default(),
+            past: None,
         })
     }
 
@@ -177,8 +182,11 @@ impl App {
             Action::Darker => self.expose(-EXPOSURE_STEP),
             Action::Help => self.is_help_open = !self.is_help_open,
             Action::Lab => self.lab.is_open = !self.lab.is_open,
+            Action::Chart => self.chart.is_open = !self.chart.is_open,
+            Action::Reference => self.dialogs.reference(ctx),
             Action::Escape if self.is_help_open => self.is_help_open = false,
             Action::Escape if self.lab.is_open => self.lab.is_open = false,
+            Action::Escape if self.chart.is_open => self.chart.is_open = false,
             Action::Escape => self.model.selection = None,
             Action::Quit => ctx.send_viewport_cmd(ViewportCommand::Close),
         }
@@ -230,10 +238,20 @@ impl App {
         }
     }
 
+    /// Shows a picture as it was, or as it is.
+    fn look_back(&mut self, ctx: &Context, past: Option<Moment>) {
+        if past != self.past {
+            self.past = past;
+            self.session.look_back(past);
+            ctx.request_repaint(); // The picture is drawn already.
+        }
+    }
+
     fn take_answers(&mut self, ctx: &Context) {
         match self.dialogs.answer() {
             Some(Answer::Open(path)) => self.open(&path),
             Some(Answer::Save(path)) => self.save(path),
+            Some(Answer::Reference(path)) => self.session.load_reference(path),
             Some(Answer::Unavailable(text)) => self.complain(ctx, text.into()),
             Some(Answer::Cancelled) | None => {}
         }
@@ -276,6 +294,10 @@ impl App {
             self.sent.1 = self.model.tone;
             self.session.set_tone(self.model.tone);
         }
+        if self.model.budget != self.sent.2 {
+            self.sent.2 = self.model.budget;
+            self.session.set_budget(self.model.budget);
+        }
         if self.model.desc != self.sent.0 {
             self.sent.0 = self.model.desc.clone();
             self.session.edit(self.opened, self.model.desc.clone());
@@ -314,6 +336,7 @@ impl eframe::App for App {
                     Frame::new().inner_margin(margin).show(ui, |ui| {
                         let model = &mut self.model;
                         panels::scene_ui(ui, model, &status, &mut actions);
+                        panels::budget_ui(ui, model, &status);
                         panels::render_ui(ui, model);
                         panels::display_ui(ui, model);
                         panels::material_ui(ui, model, &status);
@@ -323,11 +346,16 @@ impl eframe::App for App {
             });
         CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
             let space = ui.max_rect();
-            let snapshot = self.session.snapshot();
+            let past = self.past.and_then(|_| self.session.past());
+            let snapshot = past.or_else(|| self.session.snapshot());
             self.viewport
                 .ui(ui, &mut self.model, &status, snapshot.as_deref());
             self.banners
                 .ui(ui, space, &mut self.model, status.scene.as_ref());
+            let past = self
+                .chart
+                .ui(&ctx, space, &self.session, &status, &mut actions);
+            self.look_back(&ctx, past);
         });
         self.lab.ui(&ctx, &mut actions);
         panels::help_ui(&ctx, &mut self.is_help_open);

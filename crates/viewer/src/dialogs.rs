@@ -17,6 +17,8 @@ pub enum Answer {
     Open(PathBuf),
     /// Save under this name.
     Save(PathBuf),
+    /// Compare with this.
+    Reference(PathBuf),
     /// The user thought better of it.
     Cancelled,
     /// The desktop has no dialog to offer: one line that says what to do instead.
@@ -51,6 +53,19 @@ impl Dialogs {
             "no file dialog answered; drop the file on this window, or start with `lightbox FILE`",
         );
         self.ask(ctx, without, move || dialog.pick_file().map(Answer::Open));
+    }
+
+    /// Asks for a picture to compare with.
+    pub fn reference(&mut self, ctx: &egui::Context) {
+        let dialog = rfd::FileDialog::new()
+            .set_title("Compare with a picture that counts as right")
+            .add_filter("linear light", &["exr"]);
+        let without = Answer::Unavailable(
+            "no file dialog answered; keep a long render of this picture as the reference instead",
+        );
+        self.ask(ctx, without, move || {
+            dialog.pick_file().map(Answer::Reference)
+        });
     }
 
     /// Asks where to save a file; `extension` is added to a name without one. On a desktop without

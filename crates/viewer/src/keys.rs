@@ -31,6 +31,10 @@ pub enum Action {
     Help,
     /// Show or hide the stability lab.
     Lab,
+    /// Show or hide the error chart.
+    Chart,
+    /// Choose a reference for the error chart.
+    Reference,
     /// Close a window over the picture, or select nothing.
     Escape,
     /// Close the window.
@@ -86,6 +90,12 @@ pub const KEYS: &[(Modifiers, Key, Action, &str)] = &[
         Key::F2,
         Action::Lab,
         "show or hide the stability lab",
+    ),
+    (
+        PLAIN,
+        Key::F3,
+        Action::Chart,
+        "show or hide the error chart",
     ),
     (COMMAND, Key::Q, Action::Quit, "quit"),
 ];

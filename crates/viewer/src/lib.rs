@@ -10,6 +10,7 @@ pub mod lab;
 pub mod model;
 pub mod orbit;
 pub mod overlay;
+pub mod pace;
 pub mod panels;
 pub mod replay;
 pub mod saved;

@@ -8,6 +8,8 @@ use lightbox_core::math::Ray;
 use lightbox_core::scene::{CameraDesc, MaterialDesc, Object, ObjectKind, QuadDesc};
 use lightbox_core::{Scene, SceneDesc};
 
+use crate::session::Budget;
+
 /// Radiance of an added lamp, W/(m²·sr).
 const LAMP_RADIANCE: f32 = 15.0;
 
@@ -57,6 +59,8 @@ pub struct Model {
     pub file_size: [u32; 2],
     /// Which size is rendered.
     pub size: PictureSize,
+    /// When a picture is done.
+    pub budget: Budget,
     /// What the material panel shows.
     pub selection: Option<Selection>,
     /// From light to screen.
@@ -66,7 +70,7 @@ pub struct Model {
 }
 
 impl Model {
-    /// Goes over to another file; how pictures are shown stays, unless the file is a saved picture
+    /// Goes over to another file; how pictures are shown and when they are done stays, unless the file is a saved picture
     /// that comes back as it was.
     pub fn open(&mut self, desc: &SceneDesc, tone: Option<ToneMap>) {
         *self = Self {
@@ -74,6 +78,7 @@ impl Model {
             file_camera: desc.camera,
             file_size: [desc.render.width, desc.render.height],
             size: tone.map_or(self.size, |_| PictureSize::AsInFile),
+            budget: tone.map_or(self.budget, |_| Budget::Samples),
             tone: tone.unwrap_or(self.tone),
             ..Self::default()
         };

@@ -6,6 +6,7 @@ use lightbox_core::settings::MAX_SIZE;
 use crate::gestures::Gestures;
 use crate::model::{Model, PictureSize};
 use crate::overlay::{self, Overlay};
+use crate::panels::format;
 use crate::session::{Snapshot, Status};
 
 /// Most pixels of a picture sized by the window: some hundred megabytes of film.
@@ -74,7 +75,14 @@ impl Viewport {
         if self.gestures.is_moving(&response) {
             overlay::pivot(&painter, rect.center());
         }
-        if let Some(scale) = snapshot.preview {
+        if let Some(past) = &snapshot.past {
+            let text = format!(
+                "as it was at {} spp, after {}",
+                format::count(past.samples),
+                format::seconds(past.seconds)
+            );
+            overlay::tag(ui, &painter, space.left_top(), &text);
+        } else if let Some(scale) = snapshot.preview {
             overlay::tag(
                 ui,
                 &painter,

@@ -21,10 +21,10 @@ const SLIDER_RIGHT: i32 = 1192;
 const SCENE_LIST: (i32, i32) = (1168, 37);
 const SPHERE_MIRROR: (i32, i32) = (1170, 110);
 const SAMPLES_Y: i32 = 158;
-const DEPTH_Y: i32 = 181;
-const RADIUS_Y: i32 = 250;
-const EXPOSURE_Y: i32 = 422;
-const MIRROR_Y: i32 = 547;
+const DEPTH_Y: i32 = 261;
+const RADIUS_Y: i32 = 330;
+const EXPOSURE_Y: i32 = 502;
+const MIRROR_Y: i32 = 627;
 const TEDDY: (i32, i32) = (485, 400);
 
 /// Processes that end with the test, and the folder they work in.
@@ -222,6 +222,13 @@ fn a_session_with_mouse_and_keyboard() {
     desktop.wait_until("the lab opens", |b| difference(b, &first) > 6.0);
     desktop.xdotool(&["key", "Escape"]);
     desktop.wait_until("the lab closes", |b| difference(b, &first) < 3.0);
+
+    desktop.xdotool(&["key", "F3"]);
+    desktop.wait_until("the chart opens", |b| difference(b, &first) > 6.0);
+    desktop.mouse_to(120, 560);
+    desktop.wait_until("the picture as it was", |b| difference(b, &first) > 6.0);
+    desktop.xdotool(&["key", "Escape"]);
+    desktop.wait_until("the chart closes", |b| difference(b, &first) < 3.0);
 
     desktop.drag((1132, EXPOSURE_Y), (1160, EXPOSURE_Y));
     desktop.wait_until("exposure brightens", |b| mean(b) > 1.3 * mean(&first));

@@ -4,7 +4,6 @@
 pub mod compare;
 pub mod info;
 pub mod lab;
-mod pace;
 pub mod render;
 
 use std::cell::Cell;

@@ -13,9 +13,9 @@ use lightbox_core::settings::UNLIMITED;
 use lightbox_core::{AccelKind, Film, Method, SamplerKind, View, image_io};
 use serde::Serialize;
 
-use super::pace::{Limits, Progress, Stop};
 use super::{Opened, Outcome, json_line, open, print_warning, print_warnings};
 use crate::args::RenderArgs;
+use crate::pace::{Limits, Progress, Stop};
 use crate::{replay, saved};
 
 /// An interrupt waits this long, seconds, for the samples in work, so that every pixel has as

@@ -38,6 +38,37 @@ pub fn rate(per_second: f64) -> String {
     format!("{value:.decimals$} {unit}")
 }
 
+/// A round number in short: `5`, `20 k`, `1 M`.
+pub fn si(value: f64) -> String {
+    let (value, unit) = match value {
+        x if x >= 1e12 => (x / 1e12, " T"),
+        x if x >= 1e9 => (x / 1e9, " G"),
+        x if x >= 1e6 => (x / 1e6, " M"),
+        x if x >= 1e3 => (x / 1e3, " k"),
+        x => (x, ""),
+    };
+    format!("{value}{unit}")
+}
+
+/// A time with three digits: `0.123 s`, `12.3 s`, `123 s`.
+pub fn seconds(seconds: f64) -> String {
+    format!("{seconds:.*} s", seconds_decimals(seconds))
+}
+
+/// A time and how far off it may be: `12.0 s ± 2.1`.
+pub fn seconds_within(value: f64, half: f64) -> String {
+    format!("{} ± {half:.*}", seconds(value), seconds_decimals(value))
+}
+
+fn seconds_decimals(seconds: f64) -> usize {
+    match seconds {
+        x if x >= 99.95 => 0,
+        x if x >= 9.995 => 1,
+        x if x >= 0.9995 => 2,
+        _ => 3,
+    }
+}
+
 /// Seconds as minutes and seconds, or hours: `0:07`, `1:02:03`.
 pub fn clock(seconds: f64) -> String {
     // No picture takes longer than what still fits.
@@ -58,14 +89,26 @@ pub fn eta(seconds: Option<f64>) -> String {
 
 /// A relative error in per cent with two digits: `12 %`, `0.34 %`.
 pub fn percent(share: f64) -> String {
-    let value = share * 100.0;
-    let decimals = match value {
+    format!("{:.*} %", percent_decimals(share), share * 100.0)
+}
+
+/// A relative error and how far off it may be: `1.2 % ± 0.1`.
+pub fn percent_within(share: f64, half: f64) -> String {
+    format!(
+        "{} ± {:.*}",
+        percent(share),
+        percent_decimals(share),
+        half * 100.0
+    )
+}
+
+fn percent_decimals(share: f64) -> usize {
+    match share * 100.0 {
         x if x >= 9.95 => 0,
         x if x >= 0.995 => 1,
         x if x >= 0.0995 => 2,
         _ => 3,
-    };
-    format!("{value:.decimals$} %")
+    }
 }
 
 /// A length with four digits, without trailing zeros.
@@ -103,6 +146,17 @@ mod tests {
             [12.34e6, 1.0e6, 870e3, 0.0, 2.5e9, 123.4e6].map(rate),
             ["12.3 M", "1.00 M", "870 k", "0.00 k", "2.50 G", "123 M"]
         );
+    }
+
+    #[test]
+    fn figures_and_what_they_may_be_off_have_the_same_digits() {
+        assert_eq!(
+            [0.0, 0.0123, 7.324, 12.345, 124.4].map(seconds),
+            ["0.000 s", "0.012 s", "7.32 s", "12.3 s", "124 s"]
+        );
+        assert_eq!(seconds_within(12.0, 2.123), "12.0 s ± 2.1");
+        assert_eq!(percent_within(0.0141, 0.0012), "1.4 % ± 0.1");
+        assert_eq!([5.0, 2e4, 1e6, 3e9].map(si), ["5", "20 k", "1 M", "3 G"]);
     }
 
     #[test]

@@ -2,7 +2,9 @@
 //! edits the [`Model`](crate::model::Model) and asks for [`Action`](crate::keys::Action)s.
 
 mod banner;
+mod budget;
 mod camera;
+mod chart;
 mod color;
 mod display;
 pub mod format;
@@ -15,7 +17,9 @@ mod status_bar;
 mod widgets;
 
 pub use banner::Banners;
+pub use budget::budget_ui;
 pub use camera::camera_ui;
+pub use chart::ChartPanel;
 pub use display::display_ui;
 pub use help::help_ui;
 pub use lab::LabPanel;

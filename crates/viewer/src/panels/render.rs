@@ -7,17 +7,13 @@ use lightbox_core::{AccelKind, Filter, FilterKind, Method, RenderSettings, Sampl
 use super::widgets::{RESTARTS, choice, labelled, row, section, slider};
 use crate::model::{Model, PictureSize};
 
-/// Most samples the slider offers; more can be typed.
-const SAMPLES: std::ops::RangeInclusive<u64> = 1..=65_536;
-
 /// Depths the slider offers.
 const DEPTHS: std::ops::RangeInclusive<u32> = 1..=64;
 
-/// Samples, depth, filter, method, accelerator, sampler and size.
+/// Depth, filter, method, accelerator, sampler and size.
 pub fn render_ui(ui: &mut Ui, model: &mut Model) {
     section(ui, "Render", true, |ui| {
         let settings = &mut model.desc.render;
-        samples(ui, settings);
         depth(ui, settings);
         filter(ui, settings);
         let tip = format!(
@@ -38,16 +34,6 @@ pub fn render_ui(ui: &mut Ui, model: &mut Model) {
         settings.seed = settings.seed.min(MAX_SEED);
         size(ui, model);
     });
-}
-
-fn samples(ui: &mut Ui, settings: &mut RenderSettings) {
-    let tip = "Samples per pixel at which the picture is done. Keeps the samples.";
-    row(ui, "Samples", tip, |ui| {
-        let counts = slider(&mut settings.samples, SAMPLES).logarithmic(true);
-        ui.add(counts.clamping(egui::SliderClamping::Never))
-    });
-    // Typed numbers are not clamped by the slider.
-    settings.samples = settings.samples.max(1);
 }
 
 fn depth(ui: &mut Ui, settings: &mut RenderSettings) {

@@ -4,7 +4,7 @@ use egui::{Align, Layout, ProgressBar, Ui};
 
 use super::format::{clock, count, eta, percent, rate};
 use crate::keys::{self, Action};
-use crate::session::{Activity, Status};
+use crate::session::{Activity, Budget, Status};
 
 /// Pause, progress and figures.
 pub fn status_bar_ui(ui: &mut Ui, status: &Status, actions: &mut Vec<Action>) {
@@ -28,6 +28,13 @@ pub fn status_bar_ui(ui: &mut Ui, status: &Status, actions: &mut Vec<Action>) {
         );
         if ui.button("Lab").on_hover_text(tip).clicked() {
             actions.push(Action::Lab);
+        }
+        let tip = format!(
+            "Error against time ({})",
+            keys::text(ui.ctx(), &Action::Chart)
+        );
+        if ui.button("Chart").on_hover_text(tip).clicked() {
+            actions.push(Action::Chart);
         }
         ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
             ui.shrink_clip_rect(ui.max_rect());
@@ -67,30 +74,36 @@ fn pause(ui: &mut Ui, activity: Activity, actions: &mut Vec<Action>) {
 }
 
 fn progress(ui: &mut Ui, status: &Status) {
-    let target = status.desc.render.samples.max(1);
-    let share = status.samples as f32 / target as f32;
     ui.add(
-        ProgressBar::new(share)
+        ProgressBar::new(status.share as f32)
             .desired_width(100.0)
             .desired_height(8.0),
     )
     .accessible_name("Progress");
+    let wanted = match status.budget {
+        Budget::Samples => format!(" / {}", count(status.desc.render.samples.max(1))),
+        _ => String::new(),
+    };
     figure(
         ui,
         "Samples per pixel: taken / wanted.",
-        format!("{} / {} spp", count(status.samples), count(target)),
+        format!("{}{wanted} spp", count(status.samples)),
     );
 }
 
 fn figures(ui: &mut Ui, status: &Status) {
     let left = match status.activity {
         Activity::Done => String::new(),
-        _ => format!("  {} left", eta(status.eta)),
+        _ => format!("  {} left", eta(status.eta())),
+    };
+    let wanted = match status.budget {
+        Budget::Seconds(seconds) => format!(" / {}", clock(seconds)),
+        _ => String::new(),
     };
     figure(
         ui,
         "Time spent tracing, and time left at the speed so far.",
-        format!("{}{left}", clock(status.seconds)),
+        format!("{}{wanted}{left}", clock(status.seconds)),
     );
     if status.seconds > 0.0 {
         let threads = format!("Rays per second of tracing, on {} threads.", status.threads);
@@ -100,13 +113,23 @@ fn figures(ui: &mut Ui, status: &Status) {
             format!("{}ray/s", rate(status.rays as f64 / status.seconds)),
         );
     }
-    let noise = status.noise.map_or_else(|| "-".into(), percent);
+    let mut noise = status.noise.map_or_else(|| "-".into(), percent);
+    if let Budget::Noise(wanted) = status.budget {
+        noise += &format!(" / {}", percent(wanted));
+    }
     figure(
         ui,
         "Estimated relative error of the picture, from two independent halves of its samples: noise, not bias. \
          What no path has found yet, or what a low depth leaves out, is not in it.",
         format!("noise {noise}"),
     );
+    if let Some(error) = status.true_error {
+        figure(
+            ui,
+            "Relative error of the picture against the reference: the square root of relMSE.",
+            format!("error {}", percent(error)),
+        );
+    }
     if status.invalid > 0 {
         let text = format!("{} invalid", count(status.invalid));
         let label = ui.colored_label(ui.visuals().error_fg_color, text);

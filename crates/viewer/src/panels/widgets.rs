@@ -51,15 +51,23 @@ pub fn row(ui: &mut Ui, name: &str, tip: &str, add: impl FnOnce(&mut Ui) -> Resp
 
 /// A line with a name, for controls that have names of their own.
 pub fn labelled<R>(ui: &mut Ui, name: &str, tip: &str, add: impl FnOnce(&mut Ui) -> R) -> R {
+    let head = |ui: &mut Ui| {
+        let label = ui.add(egui::Label::new(name).truncate().selectable(false));
+        if !tip.is_empty() {
+            label.on_hover_text(tip);
+        }
+    };
+    headed(ui, head, add)
+}
+
+/// A line with something in the place of its name.
+pub fn headed<R>(ui: &mut Ui, head: impl FnOnce(&mut Ui), add: impl FnOnce(&mut Ui) -> R) -> R {
     ui.horizontal(|ui| {
         let height = ui.spacing().interact_size.y;
         let left = egui::Layout::left_to_right(egui::Align::Center);
         ui.allocate_ui_with_layout(egui::vec2(NAMES, height), left, |ui| {
             ui.set_min_width(NAMES);
-            let label = ui.add(egui::Label::new(name).truncate().selectable(false));
-            if !tip.is_empty() {
-                label.on_hover_text(tip);
-            }
+            head(ui);
         });
         // All number fields are equally wide; sliders take what is left.
         ui.spacing_mut().interact_size.x = NUMBERS;

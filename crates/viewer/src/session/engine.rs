@@ -5,13 +5,16 @@ use std::sync::atomic::Ordering;
 use std::sync::{Arc, PoisonError};
 
 use lightbox_core::color::ToneMap;
+use lightbox_core::image_io::tone_mapped;
 use lightbox_core::scene::Source;
 use lightbox_core::{RenderSettings, Scene, SceneDesc, View};
 use rayon::ThreadPool;
 
+use super::budget::{Budget, Outlook};
+use super::history::{History, Moment};
 use super::picture::Picture;
 use super::preview::Governor;
-use super::{Activity, Inbox, Loaded, Shared, Shown, Snapshot, lock};
+use super::{Activity, Inbox, Loaded, Reference, Referring, Shared, Shown, Snapshot, lock};
 
 struct Engine<'a> {
     shared: &'a Arc<Shared>,
@@ -30,6 +33,13 @@ struct Engine<'a> {
     /// Whether what is shown lags behind the tone map.
     stale: bool,
     snapshots: u64,
+    /// Shared with the window, which reads it at leisure.
+    history: Arc<History>,
+    /// What is looked back to.
+    past: Option<Moment>,
+    reference: Option<Arc<Reference>>,
+    budget: Budget,
+    outlook: Outlook,
 }
 
 /// Serves a session until it ends.
@@ -48,6 +58,11 @@ pub(super) fn run(shared: &Arc<Shared>, pool: &ThreadPool) {
         paused: false,
         stale: false,
         snapshots: 0,
+        history: Arc::default(),
+        past: None,
+        reference: None,
+        budget: Budget::default(),
+        outlook: Outlook::default(),
     };
     while let Some(inbox) = engine.next_messages() {
         // A defect must cost one picture, not the window.
@@ -93,8 +108,11 @@ impl Engine<'_> {
         if let Some(paused) = inbox.paused {
             self.paused = paused;
         }
+        let mut looks_back = inbox.past.is_some();
+        self.past = inbox.past.unwrap_or(self.past);
         if let Some(tone) = inbox.tone {
             self.stale |= tone != self.tone;
+            looks_back |= tone != self.tone;
             self.tone = tone;
         }
         match inbox.opened {
@@ -108,6 +126,74 @@ impl Engine<'_> {
         match inbox.edit {
             Some((opened, desc)) if opened == self.opened => self.edit(desc),
             _ => {} // None, or meant for the scene before.
+        }
+        if let Some(budget) = inbox.budget {
+            self.budget = budget;
+            self.budget();
+        }
+        if inbox.clear_history {
+            Arc::make_mut(&mut self.history).clear();
+        }
+        if let Some(referring) = inbox.reference {
+            self.refer(referring);
+        }
+        if looks_back {
+            self.look_back();
+        }
+    }
+
+    /// Tells the picture when it is done.
+    fn budget(&mut self) {
+        if let Some(picture) = &mut self.picture {
+            picture.limits = self.budget.limits(picture.view.settings.samples);
+        }
+        self.foretell();
+    }
+
+    fn foretell(&mut self) {
+        if let (Some(picture), Some(run)) = (&self.picture, &self.history.present) {
+            let goal = self.budget.goal(picture.view.settings.samples);
+            self.outlook.update(run, goal, picture.is_done());
+        }
+    }
+
+    /// Readies the picture that is looked back to.
+    fn look_back(&mut self) {
+        let kept = self.past.and_then(|moment| self.history.picture(moment));
+        let past = kept.map(|(point, image)| {
+            self.snapshots += 1;
+            let size = [image.width as usize, image.height as usize];
+            Arc::new(Snapshot {
+                size,
+                rgb: tone_mapped(image, self.tone),
+                picture: size,
+                preview: None,
+                past: Some(*point),
+                number: self.snapshots,
+            })
+        });
+        lock(&self.shared.outbox).past = past;
+    }
+
+    fn refer(&mut self, referring: Referring) {
+        self.reference = match (referring, &self.picture) {
+            (Referring::To(reference), _) => Some(reference),
+            (Referring::ToPresent, Some(picture)) if picture.film.samples() > 0 => {
+                let settings = &picture.view.settings;
+                Some(Arc::new(Reference {
+                    image: self.pool.install(|| picture.film.develop()),
+                    name: format!("this picture at {} spp", picture.film.samples()),
+                    stream: Some((settings.sampler, settings.seed)),
+                }))
+            }
+            (Referring::ToPresent, _) => return,
+            (Referring::ToNone, _) => None,
+        };
+        Arc::make_mut(&mut self.history).refer(self.reference.as_deref());
+        if let Some(picture) = &mut self.picture {
+            picture.refer(self.reference.clone());
+            // Measured as it is drawn.
+            self.stale |= picture.film.samples() > 0;
         }
     }
 
@@ -185,6 +271,7 @@ impl Engine<'_> {
                         }) =>
             {
                 picture.view.settings.samples = desc.render.samples;
+                self.budget();
             }
             _ => self.restart(),
         }
@@ -224,7 +311,8 @@ impl Engine<'_> {
         };
         match View::new(scene, &self.desc.camera, self.desc.render) {
             Ok(view) => {
-                let picture = Picture::new(view, self.desc.camera, &self.governor);
+                let mut picture = Picture::new(view, self.desc.camera, &self.governor);
+                picture.refer(self.reference.clone());
                 let is_edited = self.source.as_ref().is_some_and(|source| {
                     let (camera, render) = (source.desc.camera, source.desc.render);
                     let desc = picture.view.scene.desc().clone();
@@ -244,7 +332,11 @@ impl Engine<'_> {
                     is_edited,
                 });
                 drop(outbox);
+                let was_done = self.picture.as_ref().is_some_and(Picture::is_done);
+                let path = picture.view.scene.path().to_owned();
+                Arc::make_mut(&mut self.history).begin(self.desc.clone(), path, was_done);
                 self.picture = Some(picture);
+                self.budget();
             }
             Err(message) => self.shared.notify(message, true),
         }
@@ -269,8 +361,20 @@ impl Engine<'_> {
         };
         if let Some(snapshot) = snapshot {
             self.show(snapshot);
+            self.record();
         }
         self.report();
+    }
+
+    /// Takes down how good the picture is, once every pixel has as many samples.
+    fn record(&mut self) {
+        if let Some(picture) = &self.picture
+            && let Some(point) = picture.point()
+        {
+            let develop = || self.pool.install(|| picture.film.develop());
+            Arc::make_mut(&mut self.history).record(point, develop);
+            self.foretell();
+        }
     }
 
     /// Hands a picture to the window.
@@ -287,10 +391,11 @@ impl Engine<'_> {
             .as_ref()
             .map(|p| (p, p.film.samples(), p.noise(), p.film.invalid().0));
         let mut outbox = lock(&self.shared.outbox);
+        outbox.history.clone_from(&self.history);
         let status = &mut outbox.status;
         status.scene.clone_from(&self.scene);
+        status.reference.clone_from(&self.reference);
         if let Some((picture, samples, noise, invalid)) = figures {
-            let target = picture.view.settings.samples;
             status.activity = if picture.is_done() {
                 Activity::Done
             } else if self.paused {
@@ -299,12 +404,14 @@ impl Engine<'_> {
                 Activity::Rendering
             };
             status.samples = samples;
-            status.seconds = picture.seconds;
+            status.seconds = picture.progress.seconds;
             (status.rays, status.paths) = (picture.work.rays, picture.work.paths);
             status.noise = noise;
+            status.true_error = picture.true_error();
             status.invalid = invalid;
-            let per_sample = picture.seconds / samples.max(1) as f64;
-            status.eta = (samples > 0).then(|| per_sample * target.saturating_sub(samples) as f64);
+            status.share = picture.limits.fraction(&picture.progress);
+            (status.budget, status.forecast) = (self.budget, self.outlook.forecast);
+            status.promise = self.outlook.promise;
         }
         drop(outbox);
         (self.shared.wake)();

@@ -7,9 +7,14 @@
 //! sleeps.
 
 mod background;
+mod budget;
 mod engine;
+mod history;
 mod picture;
 mod preview;
+mod reference;
+mod shown;
+mod status;
 #[cfg(test)]
 mod test;
 
@@ -18,87 +23,19 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
+use lightbox_core::SceneDesc;
 use lightbox_core::color::ToneMap;
-use lightbox_core::image_io::{self, check_writable};
-use lightbox_core::scene::{CameraDesc, Phase, Scene, Source};
-use lightbox_core::{Film, SceneDesc, View};
+use lightbox_core::compare::check_size;
+use lightbox_core::scene::{Phase, Scene, Source};
 
 use crate::saved;
 use background::Loading;
 
-/// A picture ready to be shown.
-#[derive(Debug)]
-pub struct Snapshot {
-    /// Pixels across and down.
-    pub size: [usize; 2],
-    /// sRGB bytes, row by row from the top.
-    pub rgb: Vec<u8>,
-    /// Pixels across and down of the picture that it stands for.
-    pub picture: [usize; 2],
-    /// Where any of it is a preview: how many pixels of the picture one of the preview's covers,
-    /// across and down.
-    pub preview: Option<u32>,
-    /// Rises with every snapshot.
-    pub number: u64,
-}
-
-/// What the engine is doing.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Activity {
-    /// There is no scene yet.
-    #[default]
-    Empty,
-    /// Samples are being added.
-    Rendering,
-    /// Asked to rest before the picture is done.
-    Paused,
-    /// Every sample asked for has been taken.
-    Done,
-}
-
-/// A line for the user.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Notice {
-    /// One line.
-    pub text: String,
-    /// Whether something failed.
-    pub is_error: bool,
-}
-
-/// The state of the engine, for display.
-#[derive(Clone, Debug, Default)]
-pub struct Status {
-    /// What it is doing.
-    pub activity: Activity,
-    /// The scene being opened or rebuilt in the background, and how far that is.
-    pub loading: Option<(String, Phase)>,
-    /// The scene being rendered.
-    pub scene: Option<Arc<Scene>>,
-    /// Its description with the newest edits: what panels start from.
-    pub desc: Arc<SceneDesc>,
-    /// Whether the scene differs from its file in more than camera and settings.
-    pub is_edited: bool,
-    /// How the file wants to be shown: known of a saved picture.
-    pub tone: Option<ToneMap>,
-    /// Rises when another file has been opened.
-    pub opened: u64,
-    /// Samples per pixel in the picture.
-    pub samples: u64,
-    /// Seconds spent tracing the picture.
-    pub seconds: f64,
-    /// Rays cast for it.
-    pub rays: u64,
-    /// Paths traced for it.
-    pub paths: u64,
-    /// Estimated relative error of the picture (noise, not bias).
-    pub noise: Option<f64>,
-    /// Samples that were not numbers.
-    pub invalid: u64,
-    /// Seconds until done, from the speed so far.
-    pub eta: Option<f64>,
-    /// Worker threads.
-    pub threads: usize,
-}
+pub use budget::Budget;
+pub use history::{History, Moment, Point, Run};
+pub use reference::Reference;
+use shown::Shown;
+pub use status::{Activity, Notice, Snapshot, Status};
 
 /// What the user wants and the engine has not taken up yet.
 #[derive(Default)]
@@ -111,7 +48,18 @@ struct Inbox {
     rebuilt: Option<(u64, Result<Scene, String>)>,
     tone: Option<ToneMap>,
     paused: Option<bool>,
+    budget: Option<Budget>,
+    reference: Option<Referring>,
+    past: Option<Option<Moment>>,
+    clear_history: bool,
     quit: bool,
+}
+
+/// What becomes of the reference.
+enum Referring {
+    To(Arc<Reference>),
+    ToPresent,
+    ToNone,
 }
 
 impl Inbox {
@@ -122,31 +70,34 @@ impl Inbox {
             rebuilt,
             tone,
             paused,
+            budget,
+            reference,
+            past,
+            clear_history,
             quit,
         } = self;
         let is_same_scene = opened.is_none() && rebuilt.is_none() && edit.is_none();
-        is_same_scene && tone.is_none() && paused.is_none() && !quit
+        is_same_scene
+            && tone.is_none()
+            && paused.is_none()
+            && budget.is_none()
+            && reference.is_none()
+            && past.is_none()
+            && !clear_history
+            && !quit
     }
 }
 
 /// A scene from a file; the tone map if the file has one.
 type Loaded = (Source, Scene, Option<ToneMap>);
 
-/// The picture being made, for saving.
-#[derive(Clone)]
-struct Shown {
-    view: View,
-    /// What `view` was made from.
-    camera: CameraDesc,
-    film: Arc<Film>,
-    is_edited: bool,
-}
-
 /// What the engine has for the user.
 #[derive(Default)]
 struct Outbox {
     status: Status,
     snapshot: Option<Arc<Snapshot>>,
+    past: Option<Arc<Snapshot>>,
+    history: Arc<History>,
     notices: Vec<Notice>,
     shown: Option<Shown>,
     tone: ToneMap,
@@ -268,6 +219,11 @@ impl Session {
             .send(paused, |inbox| inbox.paused = Some(paused));
     }
 
+    /// Changes when the picture is done; samples are kept.
+    pub fn set_budget(&self, budget: Budget) {
+        self.shared.send(false, |inbox| inbox.budget = Some(budget));
+    }
+
     /// Changes how the picture is shown; samples are kept.
     pub fn set_tone(&self, tone: ToneMap) {
         lock(&self.shared.outbox).tone = tone;
@@ -277,6 +233,68 @@ impl Session {
     /// The newest picture.
     pub fn snapshot(&self) -> Option<Arc<Snapshot>> {
         lock(&self.shared.outbox).snapshot.clone()
+    }
+
+    /// The error curves.
+    pub fn history(&self) -> Arc<History> {
+        lock(&self.shared.outbox).history.clone()
+    }
+
+    /// Drops the curves of earlier pictures.
+    pub fn clear_history(&self) {
+        self.shared.send(false, |inbox| inbox.clear_history = true);
+    }
+
+    /// Asks for a kept picture, or for none; rendering goes on.
+    pub fn look_back(&self, moment: Option<Moment>) {
+        self.shared.send(false, |inbox| inbox.past = Some(moment));
+    }
+
+    /// The kept picture asked for, once it is ready to be shown.
+    pub fn past(&self) -> Option<Arc<Snapshot>> {
+        lock(&self.shared.outbox).past.clone()
+    }
+
+    /// Reads a picture in the background that is to count as right. One of another size than the
+    /// present picture is refused with a notice.
+    pub fn load_reference(&self, path: PathBuf) {
+        let shared = self.shared.clone();
+        self.spawn("lightbox-reference", move || {
+            let shown = lock(&shared.outbox).shown.clone();
+            let reference = Reference::read(&path).and_then(|reference| {
+                let size = shown.map(|s| s.film.size());
+                check_size(size.unwrap_or_default(), &reference.image)
+                    .map_err(|e| format!("{}: {e}", path.display()))?;
+                Ok(Arc::new(reference))
+            });
+            match reference {
+                Ok(reference) => shared.send(false, |inbox| {
+                    inbox.reference = Some(Referring::To(reference));
+                }),
+                Err(message) => shared.notify(message, true),
+            }
+        });
+    }
+
+    /// Takes the picture as it is now for the reference.
+    pub fn keep_reference(&self) {
+        self.shared
+            .send(false, |inbox| inbox.reference = Some(Referring::ToPresent));
+    }
+
+    /// Goes on without a reference.
+    pub fn drop_reference(&self) {
+        self.shared
+            .send(false, |inbox| inbox.reference = Some(Referring::ToNone));
+    }
+
+    /// Runs something in the background.
+    fn spawn(&self, name: &str, run: impl FnOnce() + Send + 'static) {
+        let thread = std::thread::Builder::new().name(name.into()).spawn(run);
+        if let Err(e) = thread {
+            self.shared
+                .notify(format!("cannot start a thread ({e})"), true);
+        }
     }
 
     /// The present state.
@@ -308,38 +326,10 @@ impl Session {
             return;
         };
         let shared = self.shared.clone();
-        let run = move || match shown.write(&path, tone) {
+        self.spawn("lightbox-save", move || match shown.write(&path, tone) {
             Ok(()) => shared.notify(format!("saved {}", path.display()), false),
             Err(message) => shared.notify(message, true),
-        };
-        if let Err(e) = std::thread::Builder::new()
-            .name("lightbox-save".into())
-            .spawn(run)
-        {
-            self.shared
-                .notify(format!("cannot start a thread ({e})"), true);
-        }
-    }
-}
-
-impl Shown {
-    fn write(&self, path: &Path, tone: ToneMap) -> Result<(), String> {
-        check_writable(path)?;
-        let film = (*self.film).clone();
-        let samples = film.most_samples().max(1);
-        self.view.render(&film, samples, &AtomicBool::new(false));
-        let scene = &self.view.scene;
-        let desc = SceneDesc {
-            camera: self.camera,
-            render: self.view.settings,
-            ..scene.desc().clone()
-        };
-        // Of edits, only the picture itself knows.
-        let named = if self.is_edited { path } else { scene.path() };
-        let mut line = crate::replay::line(named, &desc, samples);
-        line.push_str(&crate::replay::tone_options(tone));
-        let text = saved::text(&line, desc, samples, scene.path(), tone);
-        image_io::write(path, &film.develop(), tone, &text)
+        });
     }
 }
 

@@ -7,14 +7,19 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use lightbox_core::color::ToneMap;
+use lightbox_core::compare::{check_size, relative_square};
+use lightbox_core::film::Developed;
 use lightbox_core::image_io::tone_mapped;
 use lightbox_core::render::Work;
 use lightbox_core::scene::CameraDesc;
 use lightbox_core::{Film, Image, RenderSettings, View};
 use rayon::prelude::*;
 
-use super::Snapshot;
+use super::budget::Budget;
+use super::history::Point;
 use super::preview::{Governor, enlarge};
+use super::{Reference, Snapshot};
+use crate::pace::{Limits, Progress};
 
 /// How long a slice of samples should take: long enough to be cheap, short enough that the
 /// window stays fresh. A wish interrupts it anyway.
@@ -32,8 +37,10 @@ pub(super) struct Picture {
     /// What `view` was made from.
     pub camera: CameraDesc,
     pub film: Arc<Film>,
-    /// Seconds of tracing.
-    pub seconds: f64,
+    /// How far it is; samples and noise as of the end of a pass.
+    pub progress: Progress,
+    /// Where it ends.
+    pub limits: Limits,
     pub work: Work,
     /// Preview scales still to be shown before the film is filled; the last is shown next.
     previews: Vec<u32>,
@@ -47,21 +54,28 @@ pub(super) struct Picture {
     rgb: Vec<u8>,
     /// Each tile's share of the noise.
     variances: Vec<Option<f64>>,
+    /// What the picture is compared with, if it has the picture's size.
+    reference: Option<Arc<Reference>>,
+    /// Each tile's share of the error against it.
+    true_errors: Vec<Option<f64>>,
     /// How long it took to show the last slice.
     showing: Duration,
 }
 
 impl Picture {
     pub fn new(view: View, camera: CameraDesc, governor: &Governor) -> Self {
-        let film = Arc::new(view.film());
+        let (film, samples) = (Arc::new(view.film()), view.settings.samples);
         Self {
             previews: governor.scales(view.settings.width, view.settings.height),
             next_tile: film.tiles(),
             variances: vec![None; film.tiles()],
+            reference: None,
+            true_errors: vec![None; film.tiles()],
             view,
             camera,
             film,
-            seconds: 0.0,
+            progress: Progress::default(),
+            limits: Budget::Samples.limits(samples),
             work: Work::default(),
             backdrop: None,
             goal: 0,
@@ -75,15 +89,39 @@ impl Picture {
         !self.previews.is_empty()
     }
 
-    /// Whether every sample asked for is there. A pass is always finished, so that every pixel
+    /// Whether it is as good as asked for. A pass is always finished, so that every pixel
     /// has as many.
     pub fn is_done(&self) -> bool {
-        self.next_tile == self.film.tiles() && self.film.samples() >= self.view.settings.samples
+        self.next_tile == self.film.tiles() && self.limits.next(&self.progress).is_err()
     }
 
     /// Estimated relative error of what is shown.
     pub fn noise(&self) -> Option<f64> {
         self.film.noise_of(self.variances.iter().copied())
+    }
+
+    /// Compares the picture with a reference from now on, tile by tile as they are drawn.
+    pub fn refer(&mut self, reference: Option<Arc<Reference>>) {
+        self.true_errors.fill(None);
+        self.reference = reference.filter(|r| check_size(self.film.size(), &r.image).is_ok());
+    }
+
+    /// Relative error of what is shown against the reference.
+    pub fn true_error(&self) -> Option<f64> {
+        self.film.noise_of(self.true_errors.iter().copied())
+    }
+
+    /// How good the picture is, if every pixel has as many samples.
+    pub fn point(&self) -> Option<Point> {
+        let samples = self.film.samples();
+        let is_even = self.next_tile == self.film.tiles();
+        (is_even && samples > 0 && !self.rgb.is_empty()).then(|| Point {
+            samples,
+            seconds: self.progress.seconds,
+            rays: self.work.rays,
+            noise: self.noise(),
+            error: self.true_error(),
+        })
     }
 
     /// The next coarse picture; nothing if it was interrupted. The first one after a wish never
@@ -116,6 +154,7 @@ impl Picture {
             rgb: tone_mapped(&image, tone),
             picture: self.size(),
             preview: Some(scale),
+            past: None,
             number: 0,
         };
         self.backdrop = Some((image, scale));
@@ -141,7 +180,7 @@ impl Picture {
             .view
             .render_tiles(&self.film, tiles.clone(), self.goal, cancel);
         let took = start.elapsed();
-        self.seconds += took.as_secs_f64();
+        self.progress.seconds += took.as_secs_f64();
         self.work = self.work + work;
         if cancel.load(Ordering::Relaxed) {
             return None;
@@ -152,6 +191,12 @@ impl Picture {
         self.next_tile = tiles.end;
         let start = Instant::now();
         self.draw(tiles, tone);
+        if self.next_tile == self.film.tiles() {
+            self.progress.samples = self.film.samples();
+            if self.progress.samples >= self.progress.next_check {
+                self.progress.checked(self.noise());
+            }
+        }
         let snapshot = self.snapshot();
         self.showing = start.elapsed();
         Some(snapshot)
@@ -164,13 +209,14 @@ impl Picture {
         let pixels = f64::from(width) * f64::from(height);
         let cost = match self.work.paths {
             0 => governor.cost(),
-            paths => self.seconds / paths as f64,
+            paths => self.progress.seconds / paths as f64,
         };
         let paths = SLICE.max(self.showing * SHOWING).as_secs_f64() / cost;
         if self.next_tile == tiles {
             // Doubling at most, so that one slow sample at the start does not set the pace.
             let more = ((paths / pixels) as u64).clamp(1, have.max(1));
-            self.goal = (have + more).min(self.view.settings.samples);
+            let limit = self.limits.next(&self.progress).unwrap_or(have);
+            self.goal = (have + more).min(limit);
             self.next_tile = 0;
         }
         let share = paths / (pixels * (self.goal - have) as f64);
@@ -195,17 +241,18 @@ impl Picture {
                 None => vec![0; 3 * width as usize * height as usize],
             };
         }
-        let film = &self.film;
+        let (film, reference) = (&self.film, self.reference.as_deref());
         let drawn: Vec<_> = tiles
             .into_par_iter()
             .filter_map(|i| Some((i, film.develop_tile(i)?)))
             .map(|(i, tile)| {
                 let rgb: Vec<[u8; 3]> = tile.pixels.iter().map(|p| tone.apply(*p)).collect();
-                (i, tile.rect, tile.variance, rgb)
+                let error = reference.map(|r| square(&tile, &r.image));
+                (i, tile.rect, [tile.variance, error], rgb)
             })
             .collect();
-        for (i, rect, variance, rgb) in drawn {
-            self.variances[i] = variance;
+        for (i, rect, shares, rgb) in drawn {
+            [self.variances[i], self.true_errors[i]] = shares;
             for (y, row) in (rect.y..).zip(rgb.chunks_exact(rect.width as usize)) {
                 let start = 3 * (y * width + rect.x) as usize;
                 self.rgb[start..start + 3 * row.len()].copy_from_slice(row.as_flattened());
@@ -227,9 +274,24 @@ impl Picture {
                 .then_some(self.backdrop.as_ref())
                 .flatten()
                 .map(|(_, scale)| *scale),
+            past: None,
             number: 0,
         }
     }
+}
+
+/// Sum over pixels and channels of a tile of the relative squared error.
+fn square(tile: &Developed, reference: &Image) -> f64 {
+    let rect = tile.rect;
+    let rows = tile.pixels.chunks_exact(rect.width as usize);
+    (rect.y..)
+        .zip(rows)
+        .flat_map(|(y, row)| {
+            let start = (y * reference.width + rect.x) as usize;
+            row.iter().zip(&reference.pixels[start..])
+        })
+        .map(|(x, r)| relative_square(*x, *r))
+        .sum()
 }
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
 use std::time::{Duration, Instant};
 
 use glam::Vec3;
-use lightbox_core::RenderSettings;
 use lightbox_core::scene::MeshDesc;
+use lightbox_core::{RenderSettings, View, image_io};
 
 use super::*;
 

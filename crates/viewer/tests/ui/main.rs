@@ -1,7 +1,9 @@
 //! The window, driven as a user drives it: by the names of its controls, the pointer and the keys.
 //! The engine runs behind it for real; a test waits for results, never for a span of time.
 
+mod budget;
 mod camera;
+mod chart;
 mod files;
 mod lab;
 mod layout;

@@ -101,11 +101,11 @@ fn a_pass_ends_evenly() {
             picture.slice(&mut governor, &go_on, TONE);
         }
         // As if it had been slow: the next slice is a part of a pass.
-        picture.seconds = 1e9;
+        picture.progress.seconds = 1e9;
         picture.slice(&mut governor, &go_on, TONE);
         let held = |picture: &Picture| [picture.film.samples(), picture.film.most_samples()];
         assert_eq!(held(&picture), [1, 2]);
-        picture.view.settings.samples = 1;
+        picture.limits.samples = Some(1);
         assert!(!picture.is_done());
         while !picture.is_done() {
             picture.slice(&mut governor, &go_on, TONE);

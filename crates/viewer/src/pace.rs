@@ -12,7 +12,7 @@ const BATCH: f64 = 0.2;
 pub const FIRST_CHECK: u64 = 16;
 
 /// Where a render stops: at whichever is reached first.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Limits {
     /// Samples per pixel.
     pub samples: Option<u64>,
@@ -148,18 +148,12 @@ mod tests {
         }
     }
 
-    const NONE: Limits = Limits {
-        samples: None,
-        seconds: None,
-        noise: None,
-    };
-
     #[test]
     fn samples_are_met_exactly_in_batches_that_fit() {
         let (ends, stop) = batches(
             &Limits {
                 samples: Some(100),
-                ..NONE
+                ..Limits::default()
             },
             0.01,
             |_| 1.0,
@@ -171,7 +165,7 @@ mod tests {
             batches(
                 &Limits {
                     samples: Some(1 << 40),
-                    ..NONE
+                    ..Limits::default()
                 },
                 0.0,
                 |_| 1.0
@@ -187,7 +181,7 @@ mod tests {
             let (ends, stop) = batches(
                 &Limits {
                     seconds: Some(1.0),
-                    ..NONE
+                    ..Limits::default()
                 },
                 pass,
                 |_| 1.0,
@@ -204,7 +198,7 @@ mod tests {
     fn noise_stops_at_the_same_sample_at_any_speed() {
         let limits = Limits {
             noise: Some(0.1),
-            ..NONE
+            ..Limits::default()
         };
         let noise = |samples: u64| 1.0 / (samples as f64).sqrt();
         let slow = batches(&limits, 10.0, noise);
