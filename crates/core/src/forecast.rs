@@ -277,7 +277,8 @@ impl Trend {
     }
 
     fn reaching(&self, noise: f64) -> Option<Span> {
-        if !(self.slope < -0.1) || !(noise > 0.0) {
+        let is_reached = self.slope < -0.1 && noise > 0.0;
+        if !is_reached {
             return None;
         }
         let x = self.center[0] + (noise.ln() - self.center[1]) / self.slope;
@@ -374,6 +375,20 @@ mod tests {
         };
         let (even, uneven) = (width(&even), width(&uneven));
         assert!(uneven.0 > 2.0 * even.0 && uneven.1 > 2.0 * even.1);
+    }
+
+    #[test]
+    fn bands_are_in_order_whatever_the_goal() {
+        let marks = curve(-0.5, 64);
+        for goal in [Goal::Samples(512), Goal::Seconds(5.12), Goal::Noise(0.04)] {
+            let end = forecast(&marks, goal).expect("a forecast");
+            for span in [end.samples, end.seconds, end.noise.expect("a noise")] {
+                assert!(
+                    span.low <= span.value && span.value <= span.high,
+                    "{goal:?}: {span:?}"
+                );
+            }
+        }
     }
 
     #[test]
