@@ -26,7 +26,7 @@ use std::thread::JoinHandle;
 use lightbox_core::SceneDesc;
 use lightbox_core::color::ToneMap;
 use lightbox_core::compare::check_size;
-use lightbox_core::scene::{Phase, Scene, Source};
+use lightbox_core::scene::{Scene, Source};
 
 use crate::saved;
 use background::Loading;
