@@ -81,6 +81,19 @@ impl Camera {
         self.forward
     }
 
+    /// All that decides its rays.
+    pub(crate) fn numbers(&self) -> impl Iterator<Item = f32> {
+        let Self {
+            eye,
+            middle,
+            right,
+            down,
+            forward,
+        } = *self;
+        let vectors = [eye, right, down, forward].into_iter();
+        vectors.flat_map(|v| v.to_array()).chain(middle)
+    }
+
     /// The pinhole.
     pub fn eye(&self) -> Vec3 {
         self.eye

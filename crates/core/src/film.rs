@@ -14,6 +14,10 @@ use rayon::prelude::*;
 use crate::filter::FilterSampler;
 use crate::planted::{self, Bug};
 
+mod pack;
+
+pub(crate) use pack::LONGEST_PACKED;
+
 /// Edge of a tile, pixels.
 pub const TILE: u32 = 16;
 
@@ -24,7 +28,7 @@ const RADIANCE_LIMIT: f32 = (1u64 << 40) as f32;
 const FRACTION_BITS: i32 = 60;
 
 /// Most invalid samples whose place is remembered.
-const INVALID_KEPT: usize = 64;
+pub(crate) const INVALID_KEPT: usize = 64;
 
 /// Sum and count of the samples of one pixel in one half and one filter stratum.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -36,7 +40,7 @@ struct Cell {
 /// A sample that was not a finite, non-negative radiance: left out of the picture and counted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct InvalidSample {
-    /// Pixel, from the upper left.
+    /// Pixel, across and down from the upper left.
     pub pixel: [u32; 2],
     /// Sample index.
     pub sample: u64,
@@ -60,8 +64,10 @@ pub struct TileRect {
 pub struct Tile {
     /// Position.
     pub rect: TileRect,
-    /// Samples per pixel taken so far: sample indices `0..samples`.
+    /// One more than the index of the last sample taken of each pixel.
     pub samples: u64,
+    /// Rays cast for them.
+    pub rays: u64,
     strata: usize,
     /// Per pixel, row by row: `[half][stratum]`; empty before the first samples.
     cells: Vec<Cell>,
@@ -75,6 +81,7 @@ impl Tile {
         Self {
             rect,
             samples: 0,
+            rays: 0,
             strata,
             cells: Vec::new(),
             invalid: Vec::new(),
@@ -130,9 +137,19 @@ impl Tile {
             }
             to.count += from.count;
         }
-        self.invalid_count += batch.invalid_count;
-        self.invalid.extend_from_slice(&batch.invalid);
-        self.invalid.truncate(INVALID_KEPT);
+        self.rays += batch.rays;
+        self.count_invalid(batch.invalid_count, &batch.invalid);
+    }
+
+    /// Adds to the invalid samples, of which the first are kept: whichever come first here.
+    fn count_invalid(&mut self, count: u64, kept: &[InvalidSample]) {
+        self.invalid_count += count;
+        if !kept.is_empty() {
+            self.invalid.extend_from_slice(kept);
+            self.invalid
+                .sort_by_key(|i| (i.pixel[1], i.pixel[0], i.sample));
+            self.invalid.truncate(INVALID_KEPT);
+        }
     }
 }
 
@@ -166,6 +183,16 @@ pub struct Image {
     pub pixels: Vec<Vec3>,
 }
 
+impl Image {
+    pub(crate) fn place(&mut self, tile: &Developed) {
+        let rows = tile.pixels.chunks_exact(tile.rect.width as usize);
+        for (y, row) in (tile.rect.y..).zip(rows) {
+            let start = (y * self.width + tile.rect.x) as usize;
+            self.pixels[start..start + row.len()].copy_from_slice(row);
+        }
+    }
+}
+
 /// A tile of the picture so far.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Developed {
@@ -183,6 +210,8 @@ pub struct Developed {
 pub struct Film {
     width: u32,
     height: u32,
+    /// Index of the first sample.
+    first: u64,
     /// Weight of each filter stratum's mean.
     weights: [f64; 2],
     /// From the centre of the picture outwards.
@@ -227,9 +256,25 @@ impl Film {
         Self {
             width,
             height,
+            first: 0,
             weights: filter.weights(),
             tiles,
         }
+    }
+
+    /// The empty film of a slice: its first sample is that of index `first`.
+    pub fn starting_at(mut self, first: u64) -> Self {
+        self.first = first;
+        for tile in &mut self.tiles {
+            let tile = tile.get_mut().unwrap_or_else(PoisonError::into_inner);
+            tile.samples = first;
+        }
+        self
+    }
+
+    /// Index of the first sample: 0 unless the film is that of a slice.
+    pub fn first(&self) -> u64 {
+        self.first
     }
 
     /// Pixels across and down.
@@ -266,7 +311,8 @@ impl Film {
         true
     }
 
-    /// Samples per pixel that every tile has.
+    /// One more than the index of the last sample that every tile has: samples per pixel, in a
+    /// film that begins with the first.
     pub fn samples(&self) -> u64 {
         (0..self.tiles.len())
             .map(|i| self.tile(i).samples)
@@ -274,12 +320,22 @@ impl Film {
             .unwrap_or(0)
     }
 
-    /// Samples per pixel of the tile that has most.
+    /// The same of the tile that has most.
     pub fn most_samples(&self) -> u64 {
         (0..self.tiles.len())
             .map(|i| self.tile(i).samples)
             .max()
             .unwrap_or(0)
+    }
+
+    /// Paths traced for the picture so far, and rays cast.
+    pub fn work(&self) -> [u64; 2] {
+        (0..self.tiles.len()).fold([0; 2], |[paths, rays], i| {
+            let tile = self.tile(i);
+            let pixels = u64::from(tile.rect.width * tile.rect.height);
+            let samples = tile.samples - self.first;
+            [paths + samples * pixels, rays + tile.rays]
+        })
     }
 
     /// Number of samples left out because they were NaN, infinite, negative or too large, and
@@ -299,29 +355,32 @@ impl Film {
     /// The picture so far; pixels without samples are black. Runs on the threads of the current
     /// rayon pool.
     pub fn develop(&self) -> Image {
-        let pixels = vec![Vec3::ZERO; self.width as usize * self.height as usize];
-        let mut image = Image {
-            width: self.width,
-            height: self.height,
-            pixels,
-        };
+        let mut image = self.black();
         let tiles: Vec<_> = (0..self.tiles.len())
             .into_par_iter()
             .filter_map(|i| self.develop_tile(i))
             .collect();
         for tile in tiles {
-            let rows = tile.pixels.chunks_exact(tile.rect.width as usize);
-            for (y, row) in (tile.rect.y..).zip(rows) {
-                let start = (y * self.width + tile.rect.x) as usize;
-                image.pixels[start..start + row.len()].copy_from_slice(row);
-            }
+            image.place(&tile);
         }
         image
     }
 
+    /// A picture of the film's size without light.
+    fn black(&self) -> Image {
+        Image {
+            width: self.width,
+            height: self.height,
+            pixels: vec![Vec3::ZERO; self.width as usize * self.height as usize],
+        }
+    }
+
     /// One tile of the picture so far; `None` before its first samples.
     pub fn develop_tile(&self, i: usize) -> Option<Developed> {
-        let tile = self.tile(i);
+        self.developed(&self.tile(i))
+    }
+
+    pub(crate) fn developed(&self, tile: &Tile) -> Option<Developed> {
         let pixels: Vec<Vec3> = tile
             .pixels()
             .map(|cells| self.mean(cells, [0, 1]).as_vec3())
@@ -329,7 +388,7 @@ impl Film {
         (!pixels.is_empty()).then(|| Developed {
             rect: tile.rect,
             pixels,
-            variance: self.variance(&tile),
+            variance: self.variance(tile),
         })
     }
 

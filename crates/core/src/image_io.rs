@@ -48,6 +48,11 @@ impl Format {
 /// Checks that a picture can be written to `path`, before any work is done for it.
 pub fn check_writable(path: &Path) -> Result<(), String> {
     Format::of(path)?;
+    check_place(path)
+}
+
+/// Checks that some file can be written to `path`.
+pub(crate) fn check_place(path: &Path) -> Result<(), String> {
     if path.is_dir() {
         return Err(format!(
             "{}: is a folder; name a file in it",
@@ -69,18 +74,46 @@ pub fn write(path: &Path, image: &Image, tone: ToneMap, text: &str) -> Result<()
         Format::Exr => encode_exr(image, text),
     };
     let bytes = bytes.map_err(|e| format!("{}: cannot be encoded ({e})", path.display()))?;
-    let aside = beside(path);
-    let written = fs::File::create(&aside)
-        .and_then(|mut file| file.write_all(&bytes).and_then(|()| file.sync_all()))
-        .and_then(|()| fs::rename(&aside, path));
-    written.map_err(|e| {
-        // The name was never touched; what was written aside is of no use.
-        let _ = fs::remove_file(&aside);
-        cannot_write(path, &e)
+    write_aside(path, |file| {
+        file.write_all(&bytes).map_err(|e| cannot_write(path, &e))
     })
 }
 
-fn cannot_write(path: &Path, e: &std::io::Error) -> String {
+/// Has a file written under another name, synced and renamed: under its own name it is whole or
+/// not there, whenever the process or the machine stops.
+pub(crate) fn write_aside(
+    path: &Path,
+    write: impl FnOnce(&mut fs::File) -> Result<(), String>,
+) -> Result<(), String> {
+    let aside = beside(path);
+    let written = fs::File::create(&aside)
+        .map_err(|e| cannot_write(path, &e))
+        .and_then(|mut file| {
+            write(&mut file)?;
+            file.sync_all()
+                .and_then(|()| fs::rename(&aside, path))
+                .and_then(|()| sync_folder(path))
+                .map_err(|e| cannot_write(path, &e))
+        });
+    written.inspect_err(|_| {
+        // The name was never touched; what was written aside is of no use.
+        let _ = fs::remove_file(&aside);
+    })
+}
+
+/// Makes the name last too.
+#[cfg(unix)]
+fn sync_folder(path: &Path) -> std::io::Result<()> {
+    fs::File::open(folder(path))?.sync_all()
+}
+
+/// Elsewhere a folder cannot be opened; the file system sees to it.
+#[cfg(not(unix))]
+fn sync_folder(_: &Path) -> std::io::Result<()> {
+    Ok(())
+}
+
+pub(crate) fn cannot_write(path: &Path, e: &std::io::Error) -> String {
     format!(
         "{}: cannot be written ({e}); choose a folder that exists and that you may write to",
         path.display()
@@ -89,10 +122,42 @@ fn cannot_write(path: &Path, e: &std::io::Error) -> String {
 
 /// A name in the same folder for the file in the making.
 fn beside(path: &Path) -> PathBuf {
+    let mut name = aside_prefix(path);
+    name.push(std::process::id().to_string());
+    name.push(ASIDE_SUFFIX);
+    path.with_file_name(name)
+}
+
+const ASIDE_SUFFIX: &str = ".aside";
+
+fn aside_prefix(path: &Path) -> std::ffi::OsString {
     let mut name = std::ffi::OsString::from(".");
     name.push(path.file_name().unwrap_or_default());
-    name.push(format!(".{}.part", std::process::id()));
-    path.with_file_name(name)
+    name.push(".");
+    name
+}
+
+/// Removes what processes that were killed have left of a file in the making.
+pub(crate) fn remove_asides(path: &Path) {
+    let prefix = aside_prefix(path);
+    let (prefix, suffix) = (prefix.as_encoded_bytes(), ASIDE_SUFFIX.as_bytes());
+    // Where it cannot be done, nothing is lost but the space.
+    for entry in fs::read_dir(folder(path)).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let name = name.as_encoded_bytes();
+        let process = name
+            .strip_prefix(prefix)
+            .and_then(|n| n.strip_suffix(suffix));
+        if process.is_some_and(|p| !p.is_empty() && p.iter().all(u8::is_ascii_digit)) {
+            let _ = fs::remove_file(entry.path());
+        }
+    }
+}
+
+/// The folder that a file is in.
+fn folder(path: &Path) -> &Path {
+    let folder = path.parent().filter(|folder| *folder != Path::new(""));
+    folder.unwrap_or(Path::new("."))
 }
 
 /// The image as a screen shows it: RGB, 8 bits, row by row.

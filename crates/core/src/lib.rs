@@ -20,10 +20,12 @@
 //!   [`integrator`], and adds it to the tile; a finished tile is merged into the [`Film`].
 //! - [`Film::develop`] turns sums into an [`Image`], [`color::ToneMap`] an image into what a
 //!   screen shows, [`image_io`] writes files.
+//! - A slice of the samples, rendered on another machine or in another sitting, is kept in a file
+//!   of its own by [`part`], which also adds slices up.
 //!
 //! A sample is a pure function of (scene, camera, settings, pixel, sample index), and the film's
 //! sums are exact, so the picture has the same bits at any number of threads, with any pauses,
-//! in any batches.
+//! in any batches, in one run or several.
 //!
 //! The library knows no window, no standard output and no clock.
 
@@ -50,9 +52,11 @@ pub mod scene;
 // Transport and pictures.
 pub mod compare;
 pub mod film;
+mod fingerprint;
 pub mod forecast;
 pub mod image_io;
 pub mod integrator;
+pub mod part;
 pub mod render;
 // What breaks, measured.
 pub mod lab;

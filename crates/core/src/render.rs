@@ -146,6 +146,7 @@ impl View {
             work.paths += places.len() as u64;
         }
         if samples > first {
+            batch.rays = work.rays;
             film.merge(tile, &batch, first, samples);
         }
         work

@@ -53,6 +53,11 @@ impl Texture {
         top.lerp(bottom, fy)
     }
 
+    /// All that decides its look: size and texels.
+    pub(crate) fn content(&self) -> ([u32; 2], &[[u8; 3]]) {
+        ([self.width, self.height], &self.texels)
+    }
+
     /// Bytes held.
     pub fn bytes(&self) -> usize {
         self.texels.len() * 3

@@ -1,5 +1,6 @@
 //! The command line: what can be asked for, and the first check of each value.
 
+use std::ops::Range;
 use std::path::PathBuf;
 use std::str::FromStr;
 
@@ -15,6 +16,7 @@ const STOP: &str = "Stop";
 const SETTINGS: &str = "Settings (default: the scene's)";
 const CAMERA: &str = "Camera (default: the scene's)";
 const PNG: &str = "PNG";
+const SLICES: &str = "Slices and sittings";
 
 /// Open a scene or mesh in the viewer, or run a command without a window.
 #[derive(Debug, Parser)]
@@ -32,6 +34,8 @@ pub struct Args {
 pub enum Command {
     /// Render a scene to a PNG or EXR file
     Render(Box<RenderArgs>),
+    /// Add up parts written by `render --part`: the bits of one run over all their samples
+    Merge(MergeArgs),
     /// Show what a scene holds and what it costs
     Info(InfoArgs),
     /// Measure how far a picture is from a reference
@@ -45,9 +49,9 @@ pub enum Command {
 #[derive(Debug, clap::Args)]
 #[command(after_help = builtin_scenes())]
 pub struct RenderArgs {
-    /// A .toml scene, an .obj mesh, a picture saved by lightbox or a built-in scene
+    /// A .toml scene, an .obj mesh, a picture or part saved by lightbox, or a built-in scene
     pub scene: PathBuf,
-    /// Picture to write, *.png (as shown) or *.exr (as measured); optional with --json
+    /// File to write: *.png (as shown) or *.exr (as measured), *.part with --part; optional with --json
     #[arg(short, long, value_name = "FILE", required_unless_present = "json")]
     pub output: Option<PathBuf>,
 
@@ -103,9 +107,37 @@ pub struct RenderArgs {
     #[arg(long, value_name = "T", value_parser = named(&ToneCurve::ALL, ToneCurve::name), help_heading = PNG)]
     pub tone: Option<ToneCurve>,
 
+    /// Write the sums of the samples, for `lightbox merge`, instead of a picture
+    #[arg(long, requires = "output", help_heading = SLICES)]
+    pub part: bool,
+    /// Render only the samples from index A up to B, without B
+    #[arg(long, value_name = "A..B", value_parser = samples, requires = "part",
+          conflicts_with_all = ["spp", "seconds", "noise"], help_heading = SLICES)]
+    pub samples: Option<Range<u64>>,
+    /// Save the samples to this *.part now and then; if it is there already, go on from it
+    #[arg(long, value_name = "FILE", help_heading = SLICES)]
+    pub checkpoint: Option<PathBuf>,
+    /// Seconds between two saves to the checkpoint [default: 60]
+    #[arg(long, value_name = "S", value_parser = positive, requires = "checkpoint", help_heading = SLICES)]
+    pub every: Option<f64>,
+
     /// Worker threads; the picture does not depend on them [default: all]
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..))]
     pub threads: Option<u16>,
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `lightbox merge`.
+#[derive(Debug, clap::Args)]
+pub struct MergeArgs {
+    /// Parts of one picture, in any order
+    #[arg(required = true, value_name = "PART")]
+    pub parts: Vec<PathBuf>,
+    /// File to write: *.png (as shown), *.exr (as measured), or *.part to go on merging
+    #[arg(short, long, value_name = "FILE")]
+    pub output: PathBuf,
     /// Print one JSON object
     #[arg(long)]
     pub json: bool,
@@ -247,6 +279,15 @@ fn positive(text: &str) -> Result<f64, String> {
     number.ok_or_else(|| "use a positive number".into())
 }
 
+fn samples(text: &str) -> Result<Range<u64>, String> {
+    // As far as a part's head can count.
+    let index = |text: &str| text.parse().ok().filter(|i| *i <= i64::MAX as u64);
+    text.split_once("..")
+        .and_then(|(start, end)| Some(index(start)?..index(end)?))
+        .filter(|samples| !samples.is_empty())
+        .ok_or_else(|| "write A..B with A less than B, for example 64..128".into())
+}
+
 fn finite(text: &str) -> Result<f32, String> {
     text.parse()
         .ok()
@@ -316,6 +357,20 @@ mod tests {
         for text in ["0", "-1", "nan", "inf", "x"] {
             assert!(positive(text).is_err(), "{text}");
         }
+        for text in [
+            "",
+            "5",
+            "5..",
+            "..5",
+            "5..5",
+            "6..5",
+            "-1..5",
+            "0..=5",
+            "0..9223372036854775808",
+        ] {
+            assert!(samples(text).is_err(), "{text}");
+        }
+        assert_eq!(samples("64..128"), Ok(64..128));
         assert!(depth("0").is_err() && depth("unlimited").is_ok());
     }
 }

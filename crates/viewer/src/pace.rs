@@ -61,6 +61,20 @@ impl Default for Progress {
 }
 
 impl Progress {
+    /// That of a render taken up again: checks stay where they would have been.
+    pub fn resumed(samples: u64, seconds: f64) -> Self {
+        let mut check = Self::default();
+        while check.next_check < samples {
+            check.samples = check.next_check;
+            check.checked(None);
+        }
+        Self {
+            samples,
+            seconds,
+            ..check
+        }
+    }
+
     /// Takes note of a fresh estimate of the noise. Checks are at even sample counts, where both
     /// half-films hold as many, and an eighth apart, so that they cost little. They depend on
     /// samples only: a render to a given noise stops at the same sample on every machine.
@@ -190,6 +204,25 @@ mod tests {
                 (ends.last(), stop),
                 (Some(&expected), Stop::Seconds),
                 "{pass}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_render_taken_up_anywhere_is_checked_at_the_same_samples() {
+        let mut progress = Progress::default();
+        let mut checks = vec![];
+        while progress.samples < 500 {
+            progress.samples = progress.next_check;
+            checks.push(progress.next_check);
+            progress.checked(None);
+        }
+        for samples in 0..500 {
+            let next = Progress::resumed(samples, 1.0).next_check;
+            assert_eq!(
+                Some(&next),
+                checks.iter().find(|c| **c >= samples),
+                "{samples}"
             );
         }
     }

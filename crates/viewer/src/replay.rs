@@ -1,5 +1,6 @@
 //! The replay line: the command that makes a picture again, bit for bit.
 
+use std::ops::Range;
 use std::path::Path;
 
 use glam::Vec3;
@@ -11,6 +12,15 @@ use lightbox_core::settings::UNLIMITED;
 /// lacks is where to write it. `scene` is the file with the scene in it: after edits to materials
 /// or shapes, a saved picture.
 pub fn line(scene: &Path, desc: &SceneDesc, samples: u64) -> String {
+    with_samples(scene, desc, &format!("--spp {samples}"))
+}
+
+/// The command that makes a part with these samples again.
+pub fn slice(scene: &Path, desc: &SceneDesc, samples: Range<u64>) -> String {
+    with_samples(scene, desc, &format!("--part --samples {samples:?}"))
+}
+
+fn with_samples(scene: &Path, desc: &SceneDesc, samples: &str) -> String {
     let (r, c) = (&desc.render, &desc.camera);
     // Rust writes floats with as many digits as it takes to read the same bits back.
     let point = |v: Vec3| format!("{},{},{}", v.x, v.y, v.z);
@@ -20,7 +30,7 @@ pub fn line(scene: &Path, desc: &SceneDesc, samples: u64) -> String {
         r.depth.to_string()
     };
     format!(
-        "lightbox render {} --size {}x{} --spp {samples} --depth {depth} --filter {} --method {} --accel {} \
+        "lightbox render {} --size {}x{} {samples} --depth {depth} --filter {} --method {} --accel {} \
          --sampler {} --seed {} --eye={} --target={} --up={} --fov={}",
         quoted(&scene.display().to_string()),
         r.width,

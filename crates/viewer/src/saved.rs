@@ -6,6 +6,7 @@ use std::path::Path;
 use lightbox_core::SceneDesc;
 use lightbox_core::color::ToneMap;
 use lightbox_core::image_io::{Format, read_text};
+use lightbox_core::part;
 use lightbox_core::scene::Source;
 use serde::{Deserialize, Serialize};
 
@@ -29,9 +30,13 @@ pub fn text(line: &str, mut desc: SceneDesc, samples: u64, path: &Path, tone: To
     }
 }
 
-/// Reads a scene, a mesh, or the scene in a saved picture and the tone map it was saved with.
+/// Reads a scene, a mesh, or the scene in a saved picture or part and the tone map it was saved with.
 /// The error is one line.
 pub fn load(path: &Path) -> Result<(Source, Option<ToneMap>), String> {
+    if part::is_part(path) {
+        let head = part::read_head(path)?;
+        return Ok((Source::from_desc(head.scene, path), Some(head.tone)));
+    }
     if Format::of(path).is_err() {
         let source = lightbox_core::scene::load(path).map_err(|e| e.to_string())?;
         return Ok((source, None));

@@ -223,6 +223,11 @@ impl Scene {
         &self.materials[self.primitives().slots[prim as usize] as usize]
     }
 
+    /// Materials by slot.
+    pub(crate) fn materials(&self) -> &[Material] {
+        &self.materials
+    }
+
     /// The primitives.
     #[inline(always)]
     pub fn primitives(&self) -> &Primitives {

@@ -1,9 +1,11 @@
 //! The commands without a window. In: arguments. Out: files, one report for standard output, and
 //! an error of one line. Nothing here knows egui.
 
+mod checkpoint;
 pub mod compare;
 pub mod info;
 pub mod lab;
+pub mod merge;
 pub mod render;
 
 use std::cell::Cell;
@@ -13,6 +15,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use lightbox_core::color::ToneMap;
+use lightbox_core::film::InvalidSample;
 use lightbox_core::scene::{BUILTIN, BUILTIN_LAB, Phase};
 use lightbox_core::{Scene, SceneDesc, suggest};
 use serde::Serialize;
@@ -44,6 +47,7 @@ impl Outcome {
 pub fn run(command: &Command) -> Result<Outcome, String> {
     match command {
         Command::Render(args) => render::run(args),
+        Command::Merge(args) => merge::run(args).map(Outcome::done),
         Command::Info(args) => info::run(args).map(Outcome::done),
         Command::Compare(args) => compare::run(args).map(Outcome::done),
         Command::Lab(args) => lab::run(args),
@@ -133,6 +137,16 @@ fn print_warnings(scene: &Scene) {
 fn print_warning(line: &str) {
     // If nobody listens, nobody is missed.
     let _ = writeln!(std::io::stderr(), "warning: {line}");
+}
+
+/// Tells of samples that were left out: how many, and the places of some.
+fn print_invalid(count: u64, places: &[InvalidSample]) {
+    if let Some(InvalidSample { pixel, sample }) = places.first() {
+        let [x, y] = pixel;
+        print_warning(&format!(
+            "{count} samples are not finite and were left out, such as sample {sample} of pixel {x},{y}"
+        ));
+    }
 }
 
 /// One JSON object on a line of its own.

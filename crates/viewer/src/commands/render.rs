@@ -7,13 +7,14 @@ use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressFinish, ProgressStyle};
 use lightbox_core::color::ToneMap;
-use lightbox_core::render::Work;
+use lightbox_core::part::{self, Head};
 use lightbox_core::scene::Phase;
 use lightbox_core::settings::UNLIMITED;
 use lightbox_core::{AccelKind, Film, Method, SamplerKind, View, image_io};
 use serde::Serialize;
 
-use super::{Opened, Outcome, json_line, open, print_warning, print_warnings};
+use super::checkpoint::Checkpoint;
+use super::{Opened, Outcome, json_line, open, print_invalid, print_warning, print_warnings};
 use crate::args::RenderArgs;
 use crate::pace::{Limits, Progress, Stop};
 use crate::{replay, saved};
@@ -32,7 +33,11 @@ struct Report<'a> {
     output: Option<Cow<'a, str>>,
     width: u32,
     height: u32,
+    /// Index of the first sample; 0 unless the output is a slice.
+    first_sample: u64,
     spp: u64,
+    /// Samples per pixel of earlier sittings among them.
+    resumed: u64,
     paths: u64,
     rays: u64,
     /// Of tracing only.
@@ -56,8 +61,19 @@ struct Report<'a> {
 
 /// Renders and writes a picture. The error is one line.
 pub fn run(args: &RenderArgs) -> Result<Outcome, String> {
-    if let Some(output) = &args.output {
-        image_io::check_writable(output)?;
+    match &args.output {
+        Some(output) if args.part => part::check_writable(output)?,
+        Some(output) if part::is_part(output) => {
+            return Err(format!(
+                "{}: give --part to write samples for `lightbox merge`, or name a picture *.png or *.exr",
+                output.display()
+            ));
+        }
+        Some(output) => image_io::check_writable(output)?,
+        None => {}
+    }
+    if let Some(checkpoint) = &args.checkpoint {
+        part::check_writable(checkpoint)?;
     }
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(args.threads.map_or(0, usize::from))
@@ -92,22 +108,55 @@ fn render(args: &RenderArgs) -> Result<Outcome, String> {
 
     let tone = args.tone_map(tone);
     let view = View::of(scene.clone())?;
-    let film = view.film();
+    let first = args.samples.as_ref().map_or(0, |samples| samples.start);
+    let resumed = match &args.checkpoint {
+        Some(path) => part::resume(path, &view, first)?,
+        None => None,
+    };
+    let (film, seconds) = resumed.unwrap_or_else(|| (view.film().starting_at(first), 0.0));
+    let resumed = film.samples() - first;
     let is_limited = args.seconds.is_some() || args.noise.is_some();
     let default_samples = (!is_limited).then_some(view.settings.samples);
     let limits = Limits {
-        samples: args.spp.or(default_samples),
+        samples: match &args.samples {
+            Some(samples) => Some(samples.end - samples.start),
+            None => args.spp.or(default_samples),
+        },
         seconds: args.seconds,
         noise: args.noise,
     };
-    let (progress, work, stop) = trace(&view, &film, &limits, &bar)?;
+    let ahead = film.most_samples() - first;
+    if let (Some(path), Some(asked)) = (&args.checkpoint, limits.samples)
+        && ahead > asked
+    {
+        return Err(format!(
+            "{}: holds {ahead} samples per pixel, more than the {asked} asked for; ask for {ahead} or name another checkpoint",
+            path.display()
+        ));
+    }
+    let keeps = args.part || args.checkpoint.is_some();
+    let head = keeps.then(|| Head::new(&view, tone, &film, seconds));
+    let checkpoint = match (&args.checkpoint, &head) {
+        (Some(path), Some(head)) => Some(Checkpoint::new(path, args.every, head, &film)),
+        _ => None,
+    };
+    let progress = Progress::resumed(resumed, seconds);
+    let trace = || trace(&view, &film, &limits, progress, &bar);
+    let (progress, stop) = match &checkpoint {
+        Some(checkpoint) => checkpoint.during(trace)??,
+        None => trace()?,
+    };
     bar.finish_and_clear();
+    if let Some(checkpoint) = &checkpoint {
+        checkpoint.save(progress.seconds)?;
+    }
 
     let status = match stop {
         Stop::Interrupt => super::INTERRUPTED,
         _ => 0,
     };
-    if work.paths == 0 {
+    let [paths, rays] = film.work();
+    if paths == 0 {
         print_warning("interrupted before anything was rendered; nothing is saved");
         return Ok(Outcome {
             report: String::new(),
@@ -115,29 +164,44 @@ fn render(args: &RenderArgs) -> Result<Outcome, String> {
         });
     }
     let settings = view.settings;
-    let replay = replay_line(&view, tone, &progress, work);
-    if let Some(output) = &args.output {
+    let samples = progress.samples.max(1);
+    let mut replay = if args.part {
+        replay::slice(scene.path(), scene.desc(), first..first + samples)
+    } else {
+        replay::line(scene.path(), scene.desc(), samples)
+    };
+    replay += &replay::tone_options(tone);
+    if film.most_samples() > film.samples() {
+        replay += " # interrupted: some parts of the picture hold other samples";
+    }
+    if let (Some(output), Some(head), true) = (&args.output, &head, args.part) {
+        if args.checkpoint.as_ref() != Some(output) {
+            part::write(output, &head.renewed(&film, progress.seconds), &film)?;
+        }
+        if film.most_samples() > film.samples() {
+            let output = output.display();
+            print_warning(&format!(
+                "{output} is not finished; run the command again with --checkpoint {output}"
+            ));
+        }
+    } else if let Some(output) = &args.output {
         let desc = scene.desc().clone();
-        let text = saved::text(&replay, desc, progress.samples.max(1), scene.path(), tone);
+        let text = saved::text(&replay, desc, samples, scene.path(), tone);
         image_io::write(output, &film.develop(), tone, &text)?;
     }
     let (invalid_samples, places) = film.invalid();
-    if let Some(first) = places.first() {
-        let [x, y] = first.pixel;
-        print_warning(&format!(
-            "{invalid_samples} samples are not finite and were left out, such as sample {} of pixel {x},{y}",
-            first.sample
-        ));
-    }
+    print_invalid(invalid_samples, &places);
     let accel = scene.geometry().accel();
     let report = Report {
         scene: scene.path().to_string_lossy(),
         output: args.output.as_ref().map(|path| path.to_string_lossy()),
         width: settings.width,
         height: settings.height,
+        first_sample: first,
         spp: progress.samples,
-        paths: work.paths,
-        rays: work.rays,
+        resumed,
+        paths,
+        rays,
         seconds: progress.seconds,
         load_seconds,
         build_seconds,
@@ -165,25 +229,14 @@ fn render(args: &RenderArgs) -> Result<Outcome, String> {
     Ok(Outcome { report, status })
 }
 
-/// The command that makes the picture again.
-fn replay_line(view: &View, tone: ToneMap, progress: &Progress, work: Work) -> String {
-    let (scene, settings) = (&view.scene, &view.settings);
-    let mut line = replay::line(scene.path(), scene.desc(), progress.samples.max(1));
-    line += &replay::tone_options(tone);
-    let pixels = u64::from(settings.width) * u64::from(settings.height);
-    if work.paths != progress.samples * pixels {
-        line += " # interrupted: some parts of the picture hold other samples";
-    }
-    line
-}
-
 /// Adds samples until a limit is reached or Ctrl-C is pressed; a second Ctrl-C ends the process.
 fn trace(
     view: &View,
     film: &Film,
     limits: &Limits,
+    mut progress: Progress,
     bar: &ProgressBar,
-) -> Result<(Progress, Work, Stop), String> {
+) -> Result<(Progress, Stop), String> {
     let interrupted = Arc::new(AtomicBool::new(false));
     let flag = interrupted.clone();
     ctrlc::set_handler(move || {
@@ -199,29 +252,30 @@ fn trace(
 
     let never = AtomicBool::new(false);
     let shows_noise = !bar.is_hidden() || limits.noise.is_some();
-    let (mut progress, mut work) = (Progress::default(), Work::default());
     loop {
+        if shows_noise && progress.samples >= progress.next_check {
+            progress.checked(film.noise());
+        }
         let target = match limits.next(&progress) {
             Ok(target) => target,
-            Err(stop) => return Ok((progress, work, stop)),
+            Err(stop) => return Ok((progress, stop)),
         };
         if interrupted.load(Ordering::Relaxed) {
-            return Ok((progress, work, Stop::Interrupt));
+            return Ok((progress, Stop::Interrupt));
         }
         let expected = progress.seconds_per_sample() * (target - progress.samples) as f64;
         let waits = progress.samples > 0 && expected <= PATIENCE;
         let start = Instant::now();
-        work = work + view.render(film, target, if waits { &never } else { &interrupted });
+        // Tiles that an earlier sitting has left ahead of the others wait for them.
+        let target = film.most_samples().max(film.first() + target);
+        view.render(film, target, if waits { &never } else { &interrupted });
         progress.seconds += start.elapsed().as_secs_f64();
-        progress.samples = film.samples();
-        if shows_noise && progress.samples >= progress.next_check {
-            progress.checked(film.noise());
-        }
-        show(bar, limits, &progress, work);
+        progress.samples = film.samples() - film.first();
+        show(bar, limits, &progress, film.work()[1]);
     }
 }
 
-fn show(bar: &ProgressBar, limits: &Limits, progress: &Progress, work: Work) {
+fn show(bar: &ProgressBar, limits: &Limits, progress: &Progress, rays: u64) {
     let fraction = limits.fraction(progress);
     bar.set_position((fraction * BAR_STEPS as f64) as u64);
     let noise = progress
@@ -237,7 +291,7 @@ fn show(bar: &ProgressBar, limits: &Limits, progress: &Progress, work: Work) {
     bar.set_message(format!(
         "{} spp{noise}, {:.2} Mrays/s{eta}",
         progress.samples,
-        mega_rays(work.rays, progress.seconds)
+        mega_rays(rays, progress.seconds)
     ));
 }
 
@@ -254,6 +308,7 @@ fn summary(report: &Report<'_>) -> String {
         spp,
         seconds,
         rays,
+        resumed,
         ..
     } = report;
     let output = report
@@ -271,7 +326,11 @@ fn summary(report: &Report<'_>) -> String {
         ""
     };
     let speed = mega_rays(*rays, *seconds);
+    let resumed = match resumed {
+        0 => String::new(),
+        spp => format!(" ({spp} of them before)"),
+    };
     format!(
-        "{output}{width}x{height}, {spp} spp in {seconds:.2} s ({speed:.2} Mrays/s){noise}{interrupted}\n"
+        "{output}{width}x{height}, {spp} spp{resumed} in {seconds:.2} s ({speed:.2} Mrays/s){noise}{interrupted}\n"
     )
 }

@@ -1,7 +1,9 @@
 //! Acceptance tests of the command line, on the binary itself.
 
+mod checkpoint;
 #[cfg(target_os = "linux")]
 mod interrupt;
+mod parts;
 mod pictures;
 mod refusals;
 mod reports;

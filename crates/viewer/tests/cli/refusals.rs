@@ -181,6 +181,13 @@ fn bad_usage_has_status_two() {
         ("-o a.png --tone rosy", "filmic"),
         ("-o a.png --seed 9223372036854775808", "--seed"),
         ("-o a.png --metod mis", "--method"),
+        ("-o a.png --samples 0..4", "--part"),
+        ("-o a.part --part --samples 4..4", "A less than B"),
+        ("-o a.part --part --samples 4", "64..128"),
+        ("-o a.part --part --samples 0..4 --spp 8", "--spp"),
+        ("--part --json", "--output"),
+        ("-o a.png --every 5", "--checkpoint"),
+        ("-o a.png --checkpoint a.part --every 0", "positive"),
     ];
     for (options, expected) in cases {
         let result = run(["render", "no-such-scene"]
