@@ -6,7 +6,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressFinish, ProgressStyle};
-use lightbox_core::color::ToneMap;
 use lightbox_core::part::{self, Head};
 use lightbox_core::scene::Phase;
 use lightbox_core::settings::UNLIMITED;
