@@ -103,7 +103,7 @@ impl PartFile {
         match same.count() {
             n if n == MAGIC.len() => begins?,
             // All but the version and the end of the line.
-            n if n + 2 == MAGIC.len() => {
+            n if n + 2 == MAGIC.len() && begins.is_ok() => {
                 return Err(format!(
                     "{}: was written by a lightbox of another version; render it again with this one",
                     path.display()

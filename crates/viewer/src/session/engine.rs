@@ -219,16 +219,22 @@ impl Engine<'_> {
 
     /// Goes over to a scene with edited shapes.
     fn take_up(&mut self, number: u64, scene: Result<Scene, String>) {
-        if self.rebuilding.take_if(|(n, _)| *n == number).is_none() {
+        let Some((_, wanted)) = self.rebuilding.take_if(|(n, _)| *n == number) else {
             return; // It has been superseded.
-        }
+        };
         match scene {
             Ok(scene) => {
                 self.scene = Some(Arc::new(scene));
                 // Edits may have come while the accelerator was built.
                 self.edit(self.desc.clone());
             }
-            Err(message) => self.shared.notify(message, true),
+            Err(message) => {
+                self.shared.notify(message, true);
+                if wanted != self.desc {
+                    // What was wrong may have been put right while the accelerator was built.
+                    self.edit(self.desc.clone());
+                }
+            }
         }
     }
 
