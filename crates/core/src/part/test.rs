@@ -86,7 +86,7 @@ fn any_split_in_any_order_and_grouping_gives_the_bits_of_one_run() {
         assert_eq!(bits(&image), bits(&picture));
         assert_eq!(sum.noise, whole.noise());
         assert_eq!([sum.paths, sum.rays], whole.work());
-        assert_eq!(sum.head.samples().collect::<Vec<_>>(), [0..11]);
+        assert!(sum.head.samples().eq(std::iter::once(0..11)));
         assert_eq!(sum.head.seconds, 1.5 * 4.0);
     }
     // One part over everything is that of one run, byte for byte but for the seconds.
@@ -148,7 +148,7 @@ fn a_film_is_taken_up_where_it_was_left() {
     assert_eq!(bits(&taken_up.develop()), bits(&whole.develop()));
     assert_eq!(taken_up.work(), whole.work());
     // Of no use to others.
-    let error = Parts::open(&[path.clone()]).unwrap_err();
+    let error = Parts::open(std::slice::from_ref(&path)).unwrap_err();
     assert!(
         error.contains("left.part: the render is not finished"),
         "{error}"
@@ -165,7 +165,8 @@ fn whatever_changes_the_picture_makes_a_part_foreign() {
     let folder = Folder::new();
     let plain = view(|_| ());
     let first = folder.part(&plain, 0..1);
-    let edits: [(&str, fn(&mut SceneDesc)); 14] = [
+    type Edit = (&'static str, fn(&mut SceneDesc));
+    let edits: [Edit; 14] = [
         ("size 38x21 instead of 37x21", |d| d.render.width += 1),
         ("seed 1 instead of 0", |d| d.render.seed = 1),
         ("depth unlimited instead of", |d| d.render.depth = UNLIMITED),
@@ -271,10 +272,14 @@ fn a_file_cut_short_or_changed_in_any_byte_is_refused() {
     );
     let path = folder.part(&view, 0..2);
     let good = std::fs::read(&path).unwrap();
-    let picture = Parts::open(&[path.clone()]).unwrap().develop().unwrap().1;
+    let picture = Parts::open(std::slice::from_ref(&path))
+        .unwrap()
+        .develop()
+        .unwrap()
+        .1;
     let read = |bytes: &[u8]| {
         std::fs::write(&path, bytes).unwrap();
-        Parts::open(&[path.clone()])?.develop()
+        Parts::open(std::slice::from_ref(&path))?.develop()
     };
     assert_eq!(bits(&read(&good).unwrap().1), bits(&picture));
     for length in (0..good.len()).step_by(7) {
