@@ -46,14 +46,14 @@ fn kill(kills: u64) {
             .arg(&picture)
             .stderr(Stdio::null())
             .spawn()
-            .unwrap();
+            .expect("a process");
         random = random
             .wrapping_mul(6_364_136_223_846_793_005)
             .wrapping_add(1);
         // The later ones longer, for machines on which a start takes long.
         std::thread::sleep(Duration::from_millis((random >> 33) % (60 + 4 * sittings)));
-        child.kill().unwrap();
-        assert!(!child.wait().unwrap().success());
+        child.kill().expect("a running process");
+        assert!(!child.wait().expect("an end").success());
         let now = held(&checkpoint);
         assert!(now >= last, "{now} after {last}");
         rises += u64::from(now > last);
@@ -73,7 +73,9 @@ fn kill(kills: u64) {
     for figure in ["paths", "rays", "noise"] {
         assert_eq!(report[figure], uninterrupted[figure], "{figure}");
     }
-    assert!(std::fs::read(&picture).unwrap() == std::fs::read(&whole).unwrap());
+    assert!(
+        std::fs::read(&picture).expect("a picture") == std::fs::read(&whole).expect("a picture")
+    );
     // What was written when it was killed is gone too.
     assert_eq!(folder.files(), ["a.exr", "a.part", "whole.exr"]);
 }
@@ -105,14 +107,18 @@ fn a_render_to_a_noise_stops_where_it_would_have() {
         (&resumed["resumed"], &resumed["spp"]),
         (&17.into(), &report["spp"])
     );
-    assert!(std::fs::read(&picture).unwrap() == std::fs::read(&whole).unwrap());
+    assert!(
+        std::fs::read(&picture).expect("a picture") == std::fs::read(&whole).expect("a picture")
+    );
     // Done: a third time there is nothing left to do.
     let third = render(SCENE, &format!("{keep} {limit}"), &picture);
     assert_eq!(
         (&third["resumed"], &third["paths"]),
         (&report["spp"], &report["paths"])
     );
-    assert!(std::fs::read(&picture).unwrap() == std::fs::read(&whole).unwrap());
+    assert!(
+        std::fs::read(&picture).expect("a picture") == std::fs::read(&whole).expect("a picture")
+    );
 }
 
 #[test]
