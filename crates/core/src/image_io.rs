@@ -138,7 +138,7 @@ fn aside_prefix(path: &Path) -> std::ffi::OsString {
 }
 
 /// Removes what processes that were killed have left of a file in the making.
-pub(crate) fn remove_asides(path: &Path) {
+pub fn remove_asides(path: &Path) {
     let prefix = aside_prefix(path);
     let (prefix, suffix) = (prefix.as_encoded_bytes(), ASIDE_SUFFIX.as_bytes());
     // Where it cannot be done, nothing is lost but the space.

@@ -29,9 +29,9 @@ pub struct Sum {
     pub paths: u64,
     /// Rays cast.
     pub rays: u64,
-    /// As [`Film::noise`].
+    /// As [`crate::Film::noise`].
     pub noise: Option<f64>,
-    /// Samples left out, as [`Film::invalid`].
+    /// Samples left out, as [`crate::Film::invalid`].
     pub invalid: (u64, Vec<InvalidSample>),
 }
 

@@ -109,7 +109,12 @@ fn render(args: &RenderArgs) -> Result<Outcome, String> {
     let view = View::of(scene.clone())?;
     let first = args.samples.as_ref().map_or(0, |samples| samples.start);
     let resumed = match &args.checkpoint {
-        Some(path) => part::resume(path, &view, first)?,
+        Some(path) => {
+            if let Some(output) = &args.output {
+                image_io::remove_asides(output); // Of the sitting that was killed.
+            }
+            part::resume(path, &view, first)?
+        }
         None => None,
     };
     let (film, seconds) = resumed.unwrap_or_else(|| (view.film().starting_at(first), 0.0));

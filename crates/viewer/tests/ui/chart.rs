@@ -136,6 +136,9 @@ fn a_reference_turns_noise_into_error() {
     assert_eq!(window.status().true_error, Some(0.0));
     assert!(has_line(&window, "same random numbers"));
     seed(&mut window, 5.0);
+    window.wait("another picture", |w| {
+        w.status().true_error.is_some_and(|e| e > 0.0)
+    });
     window.done();
     assert!(!has_line(&window, "same random numbers"));
     let status = window.status();
