@@ -55,7 +55,7 @@ pub fn lights(bytes: &[u8]) {
         assert!((sample.point.n.length() - 1.0).abs() < 1e-6, "{}", what());
         let size = f64::from(p.abs().max_element() + sample.point.p.abs().max_element());
         // The least number is as far as a coordinate can be moved by rounding when it is minute.
-        let moved = 1e-6 * size + f64::from(f32::from_bits(1));
+        let moved = 1e-6 * size + 2.0 * f64::from(f32::from_bits(1));
         check_on(&primitives.get(sample.prim), sample.point.p, moved, &what);
         let q = sample.point.p.as_dvec3();
         let side = (p.as_dvec3() - q).dot(sample.point.n.as_dvec3());
