@@ -71,8 +71,8 @@ fn the_chart_shows_the_picture_as_it_was_while_rendering_goes_on() {
     let mut window = Window::open(SCENE);
     window.set("Exposure", 0.5);
     // What the picture is at two samples; then much more of it.
-    seed(&mut window, 1.0);
     window.set("Samples", 2.0);
+    seed(&mut window, 1.0);
     window.done();
     let at_two = window.snapshot();
     window.set("Samples", 200_000.0);
