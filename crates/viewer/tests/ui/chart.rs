@@ -73,6 +73,14 @@ fn the_chart_shows_the_picture_as_it_was_while_rendering_goes_on() {
     // What the picture is at two samples; then much more of it.
     window.set("Samples", 2.0);
     seed(&mut window, 1.0);
+    window.wait("two samples of the new seed", |w| {
+        let history = w.harness.state().session().history();
+        let is_new = history
+            .present
+            .as_ref()
+            .is_some_and(|run| run.desc.render.seed == 1);
+        is_new && w.status().samples == 2
+    });
     window.done();
     let at_two = window.snapshot();
     window.set("Samples", 200_000.0);
