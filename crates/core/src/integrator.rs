@@ -165,6 +165,7 @@ impl Wave {
     #[inline(always)]
     fn shade_all(&mut self, scene: &Scene, method: Method, bounce: u32, is_last: bool) {
         self.shadow_rays.clear();
+        let aims = method != Method::Naive && !scene.lights().is_empty();
         let mut kept = 0;
         for first in (0..self.paths.len()).step_by(GROUP) {
             self.meet(scene, method, first, is_last);
@@ -172,7 +173,7 @@ impl Wave {
                 continue;
             }
             let vertices = &mut self.vertices;
-            if method != Method::Naive && vertices.any_diffuse {
+            if aims && vertices.any_diffuse {
                 vertices.aim(scene, method == Method::Mis, bounce, &mut self.shadow_rays);
             }
             vertices.scatter(bounce);

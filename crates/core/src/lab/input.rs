@@ -9,7 +9,7 @@ use crate::geometry::{Geometry, Hit, Primitives};
 use crate::math::{Aabb, Ray};
 use crate::settings::AccelKind;
 
-pub(super) type Triangle = [Vec3; 3];
+pub(crate) type Triangle = [Vec3; 3];
 
 /// The unit vector nearest to the direction from one point to another.
 pub(super) fn toward(from: Vec3, to: Vec3) -> Vec3 {
@@ -203,7 +203,7 @@ pub(super) fn icosphere(times: u32) -> Vec<Triangle> {
 }
 
 /// Two triangles per unit square of an n × n grid on each of three planes.
-pub(super) fn grid(n: usize) -> Vec<Triangle> {
+pub(crate) fn grid(n: usize) -> Vec<Triangle> {
     let mut triangles = Vec::new();
     for axis in 0..3 {
         let [u, v, w] = [0, 1, 2].map(|k| Vec3::AXES[(axis + k) % 3]);
@@ -233,11 +233,34 @@ pub(super) fn stairs(steps: usize) -> Vec<Triangle> {
 }
 
 /// Triangles of length 1000 and width 10⁻³, their centres within `spread` of the origin.
-pub(super) fn needles(n: usize, spread: f32, rng: &mut Rng) -> Vec<Triangle> {
+pub(crate) fn needles(n: usize, spread: f32, rng: &mut Rng) -> Vec<Triangle> {
     let mut needle = || {
         let (center, along) = (spread * rng.cube(), 500.0 * rng.direction());
         let tip = center + along;
         [center - along, tip, tip + 1e-3 * rng.cube()]
     };
     (0..n).map(|_| needle()).collect()
+}
+
+/// `ray` made into rays without meaning, or with none of it left: no direction, no number or no end
+/// in its place, its direction or both, and distances that leave it nothing.
+pub(crate) fn meaningless(ray: Ray) -> Vec<Ray> {
+    let mut bad = vec![Ray {
+        dir: Vec3::ZERO,
+        ..ray
+    }];
+    for x in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        for axis in 0..3 {
+            let (mut origin, mut dir) = (ray.origin, ray.dir);
+            origin[axis] = x;
+            dir[axis] = x;
+            bad.extend([
+                Ray { origin, ..ray },
+                Ray { dir, ..ray },
+                Ray { origin, dir, ..ray },
+            ]);
+        }
+    }
+    bad.extend([0.0, -0.0, -1.0, f32::NEG_INFINITY, f32::NAN].map(|t_max| Ray { t_max, ..ray }));
+    bad
 }

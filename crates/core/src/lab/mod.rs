@@ -11,7 +11,7 @@ mod convergence;
 mod figure;
 mod films;
 mod gallery;
-mod input;
+pub(crate) mod input;
 mod light_sampling;
 mod lights;
 mod mesh_materials;

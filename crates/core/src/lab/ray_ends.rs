@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::input::{NOTHING, Triangle, all, cast, icosphere};
+use super::input::{NOTHING, Triangle, all, cast, icosphere, meaningless};
 use super::{Figure, naive};
 use crate::geometry::{Geometry, Primitives};
 use crate::math::Ray;
@@ -12,26 +12,7 @@ use crate::shape::{Quad, Sphere};
 pub(super) fn no_rays() -> Vec<Figure> {
     let triangles = icosphere(3);
     let ray = Ray::new(Vec3::new(0.0, 0.1, 3.0), -Vec3::Z);
-    let mut bad = vec![Ray {
-        dir: Vec3::ZERO,
-        ..ray
-    }];
-    for x in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
-        for axis in 0..3 {
-            let (mut origin, mut dir) = (ray.origin, ray.dir);
-            origin[axis] = x;
-            dir[axis] = x;
-            bad.extend([
-                Ray { origin, ..ray },
-                Ray { dir, ..ray },
-                Ray { origin, dir, ..ray },
-            ]);
-        }
-    }
-    bad.push(Ray {
-        t_max: f32::NAN,
-        ..ray
-    });
+    let bad = meaningless(ray);
     let mut found = 0;
     for geometry in all(&triangles) {
         for ray in &bad {

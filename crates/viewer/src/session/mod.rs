@@ -198,8 +198,8 @@ impl Session {
     }
 
     /// Shows an edited description of the scene that [`Status::opened`] counted: camera, settings,
-    /// materials, shapes. Whatever the edit does
-    /// not touch is kept; an edit that needs a new accelerator is made in the background.
+    /// materials, shapes. Whatever the edit does not touch is kept; an edit that needs a new
+    /// accelerator is made in the background.
     pub fn edit(&self, opened: u64, desc: SceneDesc) {
         let desc = Arc::new(desc);
         {

@@ -86,10 +86,9 @@ fn an_edit_of_shapes_does_not_drop_a_file_that_is_being_opened() {
     );
 }
 
-#[test]
-fn a_file_that_cannot_be_opened_does_not_drop_an_edit_of_shapes() {
-    let (session, mut desc) = edited_furnace();
-    desc.meshes.push(MeshDesc {
+/// A rock of so many triangles that building its accelerator takes a while.
+fn rock() -> MeshDesc {
+    MeshDesc {
         name: "rock".into(),
         material: None,
         file: None,
@@ -97,7 +96,29 @@ fn a_file_that_cannot_be_opened_does_not_drop_an_edit_of_shapes() {
         scale: 0.1,
         rotate: Vec3::ZERO,
         translate: Vec3::ZERO,
+    }
+}
+
+#[test]
+fn an_edit_is_not_lost_when_the_one_before_is_refused_in_the_background() {
+    let (session, mut desc) = edited_furnace();
+    desc.meshes.push(rock());
+    let mut bad = desc.clone();
+    // Found out only when the accelerator is there.
+    bad.materials[0].texture = Some("missing.png".into());
+    session.edit(1, bad);
+    wait("the build", || session.status().loading.is_some());
+    session.edit(1, desc.clone());
+    wait("the edit", || {
+        let scene = session.status().scene;
+        scene.is_some_and(|scene| scene.desc().same_shapes(&desc))
     });
+}
+
+#[test]
+fn a_file_that_cannot_be_opened_does_not_drop_an_edit_of_shapes() {
+    let (session, mut desc) = edited_furnace();
+    desc.meshes.push(rock());
     session.edit(1, desc.clone());
     wait("the build", || session.status().loading.is_some());
     session.open(Path::new("missing.toml"));

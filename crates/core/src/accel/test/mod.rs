@@ -6,6 +6,7 @@ mod traverse;
 
 use glam::{DVec3, Vec3, Vec3Swizzles};
 
+pub use crate::lab::input::{Triangle, grid, meaningless, needles};
 pub use crate::lab::random::Rng;
 
 use super::bvh::Leaves;
@@ -14,8 +15,6 @@ use crate::math::{Aabb, Ray};
 #[cfg(target_arch = "x86_64")]
 use crate::simd::Avx2;
 use crate::simd::{Kernel, Lanes, Portable};
-
-pub type Triangle = [Vec3; 3];
 
 /// A tree, and how it is walked.
 pub enum Walker {
@@ -265,28 +264,4 @@ pub fn bumpy_sphere(n: usize) -> Vec<Triangle> {
         }
     }
     triangles
-}
-
-/// Two triangles per unit square of an n × n grid on each of three planes.
-pub fn grid(n: usize) -> Vec<Triangle> {
-    let mut triangles = Vec::new();
-    for axis in 0..3 {
-        let [u, v, w] = [0, 1, 2].map(|k| Vec3::AXES[(axis + k) % 3]);
-        for i in 0..n * n {
-            let corner = u * (i % n) as f32 + v * (i / n) as f32 + w * (n / 2) as f32;
-            triangles.push([corner, corner + u, corner + u + v]);
-            triangles.push([corner, corner + u + v, corner + v]);
-        }
-    }
-    triangles
-}
-
-/// Triangles of length 1000 and width 10⁻³, their centres within `spread` of the origin.
-pub fn needles(n: usize, spread: f32, rng: &mut Rng) -> Vec<Triangle> {
-    let mut needle = || {
-        let (center, along) = (spread * rng.cube(), 500.0 * rng.cube().normalize());
-        let tip = center + along;
-        [center - along, tip, tip + 1e-3 * rng.cube()]
-    };
-    (0..n).map(|_| needle()).collect()
 }
