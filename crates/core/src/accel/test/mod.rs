@@ -6,7 +6,7 @@ mod traverse;
 
 use glam::{DVec3, Vec3, Vec3Swizzles};
 
-pub use crate::lab::input::{Triangle, grid, meaningless, needles};
+pub(crate) use crate::lab::input::{Triangle, grid, meaningless, needles};
 pub use crate::lab::random::Rng;
 
 use super::bvh::Leaves;
