@@ -1,8 +1,12 @@
 //! The lab tested in turn: known defects are planted in the core, and the case meant for each
 //! must fail. A binary of its own, because a planted defect is one of the whole process.
 
-use lightbox_core::lab;
+use std::sync::Arc;
+
+use lightbox_core::agreement::{Agreement, Light};
 use lightbox_core::planted::{Bug, plant};
+use lightbox_core::{Method, lab};
+use lightbox_tests::{film, shipped, view};
 
 /// Defects and the case that must find each.
 const CAUGHT_BY: &[(Bug, &str)] = &[
@@ -38,4 +42,36 @@ fn every_planted_defect_is_found_by_the_case_meant_for_it() {
         assert!(!holds(id), "{id} does not see {bug:?}");
     }
     plant(None);
+    agreement_sees_biased_methods();
+}
+
+/// A defect that one method has and another has not makes them disagree; without it they agree.
+fn agreement_sees_biased_methods() {
+    let scene = Arc::new(shipped("cornell-box").build(&|_| ()).unwrap());
+    let light = |method, seed| {
+        Light::of(&film(&view(&scene, |s| {
+            (s.width, s.height, s.samples) = (32, 32, 1024);
+            (s.method, s.seed) = (method, seed);
+        })))
+        .unwrap()
+    };
+    let naive = light(Method::Naive, 1);
+    for (bug, method) in [
+        (None, Method::Mis),
+        (None, Method::Nee),
+        (Some(Bug::CosineDropped), Method::Nee),
+        (Some(Bug::CosineDropped), Method::Mis),
+        (Some(Bug::OneSidedFlagFlipped), Method::Mis),
+    ] {
+        plant(bug);
+        let light = light(method, 2);
+        plant(None);
+        let agreement = Agreement::between(&naive, &light);
+        assert_eq!(
+            agreement.holds(),
+            bug.is_none(),
+            "{bug:?} in {method}: p = {}",
+            agreement.p
+        );
+    }
 }

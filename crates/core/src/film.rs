@@ -14,8 +14,11 @@ use rayon::prelude::*;
 use crate::filter::FilterSampler;
 use crate::planted::{self, Bug};
 
+mod error;
 mod pack;
 
+pub(crate) use error::TileLight;
+pub use error::{BAND_FROM, ErrorEstimate, TileError};
 pub(crate) use pack::LONGEST_PACKED;
 
 /// Edge of a tile, pixels.
@@ -47,7 +50,7 @@ pub struct InvalidSample {
 }
 
 /// Where a tile lies in the picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TileRect {
     /// Upper left pixel.
     pub x: u32,
@@ -200,8 +203,8 @@ pub struct Developed {
     pub rect: TileRect,
     /// Linear sRGB, row by row.
     pub pixels: Vec<Vec3>,
-    /// Its share of the noise, for [`Film::noise_of`].
-    pub variance: Option<f64>,
+    /// What it tells of the picture's error, for [`ErrorEstimate::of`].
+    pub error: Option<TileError>,
 }
 
 /// The film of one render: belongs to one scene, camera and settings for its whole life. A
@@ -388,54 +391,8 @@ impl Film {
         (!pixels.is_empty()).then(|| Developed {
             rect: tile.rect,
             pixels,
-            variance: self.variance(tile),
+            error: self.tile_error(tile),
         })
-    }
-
-    /// Estimated relative error of the picture, from the difference of the half-films: the
-    /// square root of the mean over pixels and channels of variance/(value² + 0.01). It measures
-    /// noise, not bias. `None` below two samples per pixel. Runs on the threads of the current
-    /// rayon pool.
-    pub fn noise(&self) -> Option<f64> {
-        let variances: Vec<Option<f64>> = (0..self.tiles.len())
-            .into_par_iter()
-            .map(|i| self.variance(&self.tile(i)))
-            .collect();
-        self.noise_of(variances)
-    }
-
-    /// The estimate of [`Film::noise`] from that of every tile, in order.
-    pub fn noise_of(&self, variances: impl IntoIterator<Item = Option<f64>>) -> Option<f64> {
-        let pixels = f64::from(self.width) * f64::from(self.height);
-        let sum: f64 = variances.into_iter().sum::<Option<f64>>()?;
-        Some((sum / (3.0 * pixels)).sqrt())
-    }
-
-    /// Sum over pixels and channels of a tile of variance/(value² + 0.01); `None` where a pixel
-    /// lacks a sample in either half.
-    fn variance(&self, tile: &Tile) -> Option<f64> {
-        if tile.samples < 2 {
-            return None;
-        }
-        tile.pixels()
-            .map(|cells| {
-                let halves = cells.len() / 2;
-                let count = |half: usize| {
-                    cells[half * halves..][..halves]
-                        .iter()
-                        .map(|c| c.count)
-                        .sum::<u64>() as f64
-                };
-                let (n0, n1) = (count(0), count(1));
-                if n0 == 0.0 || n1 == 0.0 {
-                    return None;
-                }
-                let mean = self.mean(cells, [0, 1]);
-                let difference = self.mean(cells, [0]) - self.mean(cells, [1]);
-                let variance = difference * difference * (n0 * n1 / ((n0 + n1) * (n0 + n1)));
-                Some((variance / (mean * mean + 0.01)).element_sum())
-            })
-            .sum()
     }
 
     /// Mean radiance of some halves of a pixel.

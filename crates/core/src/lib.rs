@@ -50,6 +50,7 @@ pub mod camera;
 pub mod light;
 pub mod scene;
 // Transport and pictures.
+pub mod agreement;
 pub mod compare;
 pub mod film;
 mod fingerprint;
@@ -58,8 +59,9 @@ pub mod image_io;
 pub mod integrator;
 pub mod part;
 pub mod render;
-// What breaks, measured.
+// Methods against each other, and what breaks, measured.
 pub mod lab;
+pub mod race;
 
 pub use camera::Camera;
 pub use film::{Film, Image};

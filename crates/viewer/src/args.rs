@@ -42,6 +42,8 @@ pub enum Command {
     Compare(CompareArgs),
     /// Run the stability lab: where tracing methods fail, by the naive method and by lightbox
     Lab(LabArgs),
+    /// Race methods against each other: error against time, and whether they agree
+    Race(RaceArgs),
 }
 
 /// Arguments of `lightbox render`. It stops at whichever of `--spp`, `--seconds` and `--noise` is
@@ -179,6 +181,54 @@ pub struct LabArgs {
     /// Print one JSON object
     #[arg(long)]
     pub json: bool,
+}
+
+/// Arguments of `lightbox race`. Each combination of the lists is a contestant. The reference
+/// is rendered first, for as long as all contestants race together.
+#[derive(Debug, clap::Args)]
+#[command(after_help = builtin_scenes())]
+pub struct RaceArgs {
+    /// .toml scenes, .obj meshes or built-in scenes
+    #[arg(required = true, value_name = "SCENE")]
+    pub scenes: Vec<PathBuf>,
+    /// Folder for chart.svg, chart.csv, race.json and maps; of several scenes, each has one in it
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+    /// Methods, such as naive,mis [default: all]
+    #[arg(long, value_name = "M,...")]
+    pub methods: Option<String>,
+    /// Accelerators, such as kdtree,bvh [default: the scene's]
+    #[arg(long, value_name = "A,...")]
+    pub accels: Option<String>,
+    /// Samplers, such as sobol,independent [default: the scene's]
+    #[arg(long, value_name = "S,...")]
+    pub samplers: Option<String>,
+    /// Pixel filters, such as box,gaussian:1.5 [default: the scene's]
+    #[arg(long, value_name = "F,...")]
+    pub filters: Option<String>,
+    /// Seconds of tracing for each contestant and seed
+    #[arg(
+        long,
+        value_name = "S",
+        default_value_t = 2.0,
+        allow_negative_numbers = true
+    )]
+    pub seconds: f64,
+    /// Runs of each contestant, with different random numbers
+    #[arg(long, value_name = "N", default_value_t = 4)]
+    pub seeds: u64,
+    /// Picture that counts as right, EXR [default: rendered with mis]
+    #[arg(long, value_name = "FILE")]
+    pub reference: Option<PathBuf>,
+    /// Width and height in pixels
+    #[arg(long, value_name = "WxH", value_parser = size, help_heading = SETTINGS)]
+    pub size: Option<[u32; 2]>,
+    /// Most segments of a path, or "unlimited"
+    #[arg(long, value_name = "D", value_parser = depth, help_heading = SETTINGS)]
+    pub depth: Option<u32>,
+    /// Worker threads [default: all]
+    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
 }
 
 /// Ends the program with what is wrong with the command line, or with the help asked for.

@@ -88,7 +88,7 @@ pub fn film(bytes: &[u8]) {
         };
         assert_eq!(*pixel, expected.as_vec3());
     }
-    if let Some(noise) = film.noise() {
+    if let Some(noise) = film.error().map(|e| e.noise()) {
         assert!(noise.is_finite() && noise >= 0.0, "noise {noise}");
     }
 }

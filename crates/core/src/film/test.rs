@@ -10,6 +10,66 @@ fn noise_needs_both_halves() {
         let (mut batch, _) = film.batch(0);
         batch.add([0, 0], sample, 0, Vec3::ONE);
         assert!(film.merge(0, &batch, sample, sample + 1));
-        assert_eq!(film.noise(), noise);
+        assert_eq!(film.error().map(|e| e.noise()), noise);
     }
+}
+
+/// A film of one tile with two samples per pixel.
+fn tile(radiance: impl Fn([u32; 2], u64) -> f32) -> Film {
+    let film = Film::new(TILE, TILE, &FilterSampler::new(Filter::default()));
+    let (mut batch, _) = film.batch(0);
+    for y in 0..TILE {
+        for x in 0..TILE {
+            for sample in 0..2 {
+                batch.add([x, y], sample, 0, Vec3::splat(radiance([x, y], sample)));
+            }
+        }
+    }
+    assert!(film.merge(0, &batch, 0, 2));
+    film
+}
+
+/// What one pixel adds to the relMSE, with half the difference of its halves and the truth.
+fn share(half_difference: f64, truth: f64) -> f64 {
+    half_difference * half_difference / (truth * truth + 0.01) / 256.0
+}
+
+#[test]
+fn an_outlier_does_not_hide_itself() {
+    // Seen by one half in a flat surrounding: an error of 500, not of half the pixel's value.
+    let outlier = tile(|at, sample| match (at, sample) {
+        ([7, 9], 0) => 1001.0,
+        _ => 1.0,
+    });
+    let error = outlier.error().unwrap();
+    let expected = share(500.0, 1.0);
+    assert!((error.rel_mse / expected - 1.0).abs() < 1e-3, "{error:?}");
+    // One pixel tells so little that the band is wide.
+    assert!(error.high > 5.0 * error.rel_mse && error.low < 0.2 * error.rel_mse);
+    // Seen by both halves it is no outlier but a bright pixel.
+    let bright = tile(|at, sample| match (at, sample) {
+        ([7, 9], 0) => 1001.0,
+        ([7, 9], 1) => 999.0,
+        _ => 1.0,
+    });
+    let error = bright.error().unwrap();
+    assert!(
+        (error.rel_mse / share(1.0, 1000.0) - 1.0).abs() < 0.1,
+        "{error:?}"
+    );
+}
+
+#[test]
+fn errors_of_pixels_are_pooled_over_neighbours() {
+    let film = tile(|at, sample| match (at, sample) {
+        ([7, 9], 0) => 3.0,
+        _ => 1.0,
+    });
+    let (rect, errors) = film.pixel_errors(0).unwrap();
+    let at = |x: u32, y: u32| errors[(y * rect.width + x) as usize];
+    assert!(at(7, 9) > 0.2 && at(7, 9) == at(8, 10) && at(9, 9) == 0.0);
+    assert_eq!(
+        film.develop_tile(0).unwrap().error.unwrap().rel_mse(),
+        film.error().unwrap().rel_mse
+    );
 }

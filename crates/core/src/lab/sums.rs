@@ -186,7 +186,7 @@ fn small_noise() -> Vec<Figure> {
     vec![Figure {
         what: "estimated over true noise of 100 ± 0.005 (naive: of the variance)",
         naive: Some(variance / (0.01 * 0.01 / 12.0)),
-        lightbox: film.noise().unwrap_or(f64::NAN) / truth,
+        lightbox: film.error().map(|e| e.noise()).unwrap_or(f64::NAN) / truth,
         bound: Bound::Within {
             truth: 1.0,
             // 1024 estimates of one degree of freedom: √(2/1024)/2 each, four of them.
@@ -204,7 +204,7 @@ fn grouping() -> Vec<Figure> {
         for (i, part) in values.chunks(parts).enumerate() {
             add(&film, (i * parts) as u64, part.iter().copied());
         }
-        (pixel(&film), film.noise())
+        (pixel(&film), film.error().map(|e| e.noise()))
     };
     let whole = picture(values.len());
     let differ = [1, 7, 1250, 5000]
@@ -264,7 +264,7 @@ fn unseen_light() -> Vec<Figure> {
             });
             let film = view.film();
             view.render(&film, 4, &std::sync::atomic::AtomicBool::new(false));
-            film.noise()
+            film.error().map(|e| e.noise())
         });
         films
             .filter(|noise| !noise.is_some_and(|n| n > 0.0))

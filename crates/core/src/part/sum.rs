@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::file::{PartFile, stretches};
 use super::{Head, write_records};
-use crate::film::{Developed, INVALID_KEPT, Image, InvalidSample, Tile};
+use crate::film::{Developed, ErrorEstimate, INVALID_KEPT, Image, InvalidSample, Tile};
 use crate::settings::RenderSettings;
 
 /// Parts of one picture, checked to belong together and not to overlap.
@@ -140,7 +140,7 @@ impl Parts {
     ) -> Result<Sum, String> {
         let film = self.files[0].film();
         let (mut rays, mut invalid_count, mut invalid) = (0, 0, Vec::new());
-        let mut variances = Vec::new();
+        let mut errors = Vec::new();
         for stretch in stretches(&film) {
             let mut tiles: Vec<Tile> = stretch.map(|i| film.empty_tile(i)).collect();
             for file in &mut self.files {
@@ -154,7 +154,7 @@ impl Parts {
                 .filter_map(|tile| film.developed(tile))
                 .collect();
             stretch_done(&tiles, &developed)?;
-            variances.extend(developed.iter().map(|tile| tile.variance));
+            errors.extend(developed.iter().map(|tile| tile.error));
             for tile in &tiles {
                 rays += tile.rays;
                 invalid_count += tile.invalid().0;
@@ -167,7 +167,7 @@ impl Parts {
         Ok(Sum {
             paths: self.head.samples_per_pixel() * u64::from(width) * u64::from(height),
             rays,
-            noise: film.noise_of(variances),
+            noise: ErrorEstimate::of(errors).map(|e| e.noise()),
             invalid: (invalid_count, invalid),
             head: self.head,
         })

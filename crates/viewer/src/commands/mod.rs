@@ -6,12 +6,14 @@ pub mod compare;
 pub mod info;
 pub mod lab;
 pub mod merge;
+pub mod race;
 pub mod render;
 
 use std::cell::Cell;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use lightbox_core::color::ToneMap;
@@ -51,6 +53,7 @@ pub fn run(command: &Command) -> Result<Outcome, String> {
         Command::Info(args) => info::run(args).map(Outcome::done),
         Command::Compare(args) => compare::run(args).map(Outcome::done),
         Command::Lab(args) => lab::run(args),
+        Command::Race(args) => race::run(args),
     }
 }
 
@@ -125,6 +128,23 @@ fn open(
         load_seconds: (build_start.get() - start).as_secs_f64(),
         build_seconds: build_start.get().elapsed().as_secs_f64(),
     })
+}
+
+/// A flag that Ctrl-C sets; a second Ctrl-C ends the process.
+fn interrupt_flag() -> Result<Arc<AtomicBool>, String> {
+    let interrupted = Arc::new(AtomicBool::new(false));
+    let flag = interrupted.clone();
+    ctrlc::set_handler(move || {
+        if flag.swap(true, Ordering::Relaxed) {
+            #[expect(
+                clippy::disallowed_methods,
+                reason = "the second Ctrl-C is not to wait for main"
+            )]
+            std::process::exit(INTERRUPTED.into());
+        }
+    })
+    .map_err(|e| format!("cannot listen for Ctrl-C ({e})"))?;
+    Ok(interrupted)
 }
 
 /// Tells on standard error what was odd about a scene.

@@ -1,7 +1,6 @@
 //! `lightbox render`: from a scene to a file.
 
 use std::borrow::Cow;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
@@ -209,7 +208,7 @@ fn render(args: &RenderArgs) -> Result<Outcome, String> {
         seconds: progress.seconds,
         load_seconds,
         build_seconds,
-        noise: film.noise(),
+        noise: film.error().map(|e| e.noise()),
         invalid_samples,
         stopped_by: stop,
         threads: rayon::current_num_threads(),
@@ -241,24 +240,12 @@ fn trace(
     mut progress: Progress,
     bar: &ProgressBar,
 ) -> Result<(Progress, Stop), String> {
-    let interrupted = Arc::new(AtomicBool::new(false));
-    let flag = interrupted.clone();
-    ctrlc::set_handler(move || {
-        if flag.swap(true, Ordering::Relaxed) {
-            #[expect(
-                clippy::disallowed_methods,
-                reason = "the second Ctrl-C is not to wait for main"
-            )]
-            std::process::exit(super::INTERRUPTED.into());
-        }
-    })
-    .map_err(|e| format!("cannot listen for Ctrl-C ({e})"))?;
-
+    let interrupted = super::interrupt_flag()?;
     let never = AtomicBool::new(false);
     let shows_noise = !bar.is_hidden() || limits.noise.is_some();
     loop {
         if shows_noise && progress.samples >= progress.next_check {
-            progress.checked(film.noise());
+            progress.checked(film.error().map(|e| e.noise()));
         }
         let target = match limits.next(&progress) {
             Ok(target) => target,

@@ -395,13 +395,13 @@ impl Engine<'_> {
         let figures = self
             .picture
             .as_ref()
-            .map(|p| (p, p.film.samples(), p.noise(), p.film.invalid().0));
+            .map(|p| (p, p.film.samples(), p.error(), p.film.invalid().0));
         let mut outbox = lock(&self.shared.outbox);
         outbox.history.clone_from(&self.history);
         let status = &mut outbox.status;
         status.scene.clone_from(&self.scene);
         status.reference.clone_from(&self.reference);
-        if let Some((picture, samples, noise, invalid)) = figures {
+        if let Some((picture, samples, error, invalid)) = figures {
             status.activity = if picture.is_done() {
                 Activity::Done
             } else if self.paused {
@@ -412,7 +412,7 @@ impl Engine<'_> {
             status.samples = samples;
             status.seconds = picture.progress.seconds;
             (status.rays, status.paths) = (picture.work.rays, picture.work.paths);
-            status.noise = noise;
+            status.noise = error.map(|e| e.noise());
             status.true_error = picture.true_error();
             status.invalid = invalid;
             status.share = picture.limits.fraction(&picture.progress);

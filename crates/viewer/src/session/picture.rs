@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use lightbox_core::color::ToneMap;
 use lightbox_core::compare::{check_size, relative_square};
-use lightbox_core::film::Developed;
+use lightbox_core::film::{Developed, ErrorEstimate, TileError};
 use lightbox_core::image_io::tone_mapped;
 use lightbox_core::render::Work;
 use lightbox_core::scene::CameraDesc;
@@ -52,8 +52,8 @@ pub(super) struct Picture {
     next_tile: usize,
     /// What is shown, sRGB bytes; empty until the film is shown first.
     rgb: Vec<u8>,
-    /// Each tile's share of the noise.
-    variances: Vec<Option<f64>>,
+    /// What each tile tells of the error.
+    errors: Vec<Option<TileError>>,
     /// What the picture is compared with, if it has the picture's size.
     reference: Option<Arc<Reference>>,
     /// Each tile's share of the error against it.
@@ -68,7 +68,7 @@ impl Picture {
         Self {
             previews: governor.scales(view.settings.width, view.settings.height),
             next_tile: film.tiles(),
-            variances: vec![None; film.tiles()],
+            errors: vec![None; film.tiles()],
             reference: None,
             true_errors: vec![None; film.tiles()],
             view,
@@ -95,9 +95,9 @@ impl Picture {
         self.next_tile == self.film.tiles() && self.limits.next(&self.progress).is_err()
     }
 
-    /// Estimated relative error of what is shown.
-    pub fn noise(&self) -> Option<f64> {
-        self.film.noise_of(self.variances.iter().copied())
+    /// Estimated error of what is shown.
+    pub fn error(&self) -> Option<ErrorEstimate> {
+        ErrorEstimate::of(self.errors.iter().copied())
     }
 
     /// Compares the picture with a reference from now on, tile by tile as they are drawn.
@@ -108,7 +108,9 @@ impl Picture {
 
     /// Relative error of what is shown against the reference.
     pub fn true_error(&self) -> Option<f64> {
-        self.film.noise_of(self.true_errors.iter().copied())
+        let sum: f64 = self.true_errors.iter().copied().sum::<Option<f64>>()?;
+        let [width, height] = self.film.size();
+        Some((sum / (3.0 * f64::from(width) * f64::from(height))).sqrt())
     }
 
     /// How good the picture is, if every pixel has as many samples.
@@ -119,7 +121,7 @@ impl Picture {
             samples,
             seconds: self.progress.seconds,
             rays: self.work.rays,
-            noise: self.noise(),
+            noise: self.error().map(|e| e.noise()),
             error: self.true_error(),
         })
     }
@@ -194,7 +196,7 @@ impl Picture {
         if self.next_tile == self.film.tiles() {
             self.progress.samples = self.film.samples();
             if self.progress.samples >= self.progress.next_check {
-                self.progress.checked(self.noise());
+                self.progress.checked(self.error().map(|e| e.noise()));
             }
         }
         let snapshot = self.snapshot();
@@ -247,12 +249,12 @@ impl Picture {
             .filter_map(|i| Some((i, film.develop_tile(i)?)))
             .map(|(i, tile)| {
                 let rgb: Vec<[u8; 3]> = tile.pixels.iter().map(|p| tone.apply(*p)).collect();
-                let error = reference.map(|r| square(&tile, &r.image));
-                (i, tile.rect, [tile.variance, error], rgb)
+                let true_error = reference.map(|r| square(&tile, &r.image));
+                (i, tile.rect, (tile.error, true_error), rgb)
             })
             .collect();
-        for (i, rect, shares, rgb) in drawn {
-            [self.variances[i], self.true_errors[i]] = shares;
+        for (i, rect, errors, rgb) in drawn {
+            (self.errors[i], self.true_errors[i]) = errors;
             for (y, row) in (rect.y..).zip(rgb.chunks_exact(rect.width as usize)) {
                 let start = 3 * (y * width + rect.x) as usize;
                 self.rgb[start..start + 3 * row.len()].copy_from_slice(row.as_flattened());

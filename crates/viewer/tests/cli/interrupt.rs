@@ -65,3 +65,30 @@ fn ctrl_c_saves_what_was_rendered() {
     assert_eq!(bits(&read(&path).unwrap()), bits(&read(&again).unwrap()));
     assert_eq!(folder.files(), ["a.exr", "again.exr"]);
 }
+
+#[test]
+fn ctrl_c_ends_a_race_that_keeps_what_it_has() {
+    let folder = Folder::new();
+    let out = folder.path("race");
+    let words = "race cornell-box --size 16x16 --methods mis --seconds 1 --seeds 600 -o";
+    let child = lightbox()
+        .args(words.split(' '))
+        .arg(&out)
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    while !listens(child.id()) {
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    std::thread::sleep(Duration::from_millis(500));
+    let kill = Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status();
+    assert!(kill.unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130), "{}", stderr(&output));
+    let text = std::fs::read_to_string(out.join("race.json")).unwrap();
+    let report: Value = serde_json::from_str(&text).unwrap();
+    assert_eq!(report["interrupted"], true);
+    assert!(out.join("chart.svg").exists() && out.join("chart.csv").exists());
+}

@@ -5,6 +5,7 @@ mod checkpoint;
 mod interrupt;
 mod parts;
 mod pictures;
+mod race;
 mod refusals;
 mod reports;
 mod stops;

@@ -85,8 +85,8 @@ fn slices_come_to_the_picture_of_one_render() {
             [24; 2]
         );
         assert!(last.expect("shown").rgb == tone_mapped(&whole.develop(), TONE));
-        assert_eq!(picture.noise(), whole.noise());
-        assert!(picture.noise().is_some());
+        assert_eq!(picture.error(), whole.error());
+        assert!(picture.error().is_some());
     });
 }
 

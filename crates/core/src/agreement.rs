@@ -1,0 +1,130 @@
+//! Whether two pictures of one scene differ by more than their noise: a test of two methods
+//! against each other that needs no reference.
+//!
+//! Each tile's mean is compared by Welch's t test. Its variance is the sum of its pixels', each
+//! told by the difference of the pixel's halves; the degrees of freedom are those of that sum
+//! (Satterthwaite 1946), so that a tile whose noise is that of one bright outlier proves little.
+//! The smallest of m tile p-values is corrected for their number: 1 − (1 − p)^m (Šidák 1967).
+
+use statrs::distribution::{ContinuousCDF as _, StudentsT};
+
+use crate::film::{Film, TileLight, TileRect};
+
+/// Chance of an alarm where nothing differs: below this p the pictures are said to disagree.
+pub const LEVEL: f64 = 0.01;
+
+/// Smallest relative error of a tile's mean, to which radiances are rounded: stands for noise
+/// where there is none.
+const ROUNDING: f64 = 1e-6;
+
+/// The light of a picture by tiles, from one film or from several with different seeds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Light(Vec<TileLight>);
+
+impl Light {
+    /// The light of a film; `None` below two samples per pixel.
+    pub fn of(film: &Film) -> Option<Self> {
+        let tiles = (0..film.tiles()).map(|i| film.tile_light(i));
+        tiles.collect::<Option<_>>().map(Self)
+    }
+
+    /// Adds the light of another film of the same view with another seed.
+    ///
+    /// # Panics
+    /// If the films differ in size.
+    pub fn add(&mut self, other: &Self) {
+        assert_eq!(self.0.len(), other.0.len(), "films of one size");
+        for (to, from) in self.0.iter_mut().zip(&other.0) {
+            to.pixels += from.pixels;
+            to.sum += from.sum;
+            to.square += from.square;
+            to.fourth += from.fourth;
+        }
+    }
+}
+
+#[cfg(test)]
+impl Light {
+    /// The same with one tile brighter.
+    pub(crate) fn brighter(mut self, factor: f64) -> Self {
+        self.0[0].sum *= factor;
+        self
+    }
+}
+
+/// How far two pictures differ in a tile.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TileDifference {
+    /// Where.
+    pub rect: TileRect,
+    /// Difference of the means, in standard deviations; positive where the first is brighter.
+    pub t: f64,
+    /// Chance of a difference as large if nothing but noise differs.
+    pub p: f64,
+}
+
+/// The outcome of comparing two pictures.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Agreement {
+    /// Chance that some tile differs as much if nothing but noise differs.
+    pub p: f64,
+    /// Every tile, in the order of the film.
+    pub tiles: Vec<TileDifference>,
+}
+
+impl Agreement {
+    /// Compares two pictures, whose samples must be independent: of different seeds.
+    ///
+    /// # Panics
+    /// If they differ in size.
+    pub fn between(a: &Light, b: &Light) -> Self {
+        assert_eq!(a.0.len(), b.0.len(), "pictures of one size");
+        let tiles: Vec<TileDifference> =
+            a.0.iter()
+                .zip(&b.0)
+                .map(|(a, b)| difference(a, b))
+                .collect();
+        let least = tiles.iter().map(|tile| tile.p).fold(1.0, f64::min);
+        let p = -((tiles.len() as f64) * (-least).ln_1p()).exp_m1();
+        Self { p, tiles }
+    }
+
+    /// Whether noise explains all differences, at [`LEVEL`].
+    pub fn holds(&self) -> bool {
+        self.p >= LEVEL
+    }
+
+    /// One line: `mis and naive agree, p = 0.41`.
+    pub fn headline(&self, a: &str, b: &str) -> String {
+        if self.holds() {
+            return format!("{a} and {b} agree, p = {:.2}", self.p);
+        }
+        let worst = self.tiles.iter().min_by(|s, t| s.p.total_cmp(&t.p));
+        let place = worst.map_or_else(String::new, |tile| {
+            format!(", most at pixel {},{}", tile.rect.x, tile.rect.y)
+        });
+        format!("{a} and {b} disagree, p = {:.1e}{place}", self.p)
+    }
+}
+
+fn difference(a: &TileLight, b: &TileLight) -> TileDifference {
+    let mean = |t: &TileLight| t.sum / t.pixels;
+    let variance = |t: &TileLight| t.square / (t.pixels * t.pixels);
+    // Variance of the variance, over 2: of normal noise, a pixel's σ⁴ is a third of its mean
+    // fourth power.
+    let doubt = |t: &TileLight| t.fourth / (3.0 * t.pixels.powi(4));
+    let difference = mean(a) - mean(b);
+    let rounding = (ROUNDING * mean(a).abs().max(mean(b).abs())).powi(2);
+    let noise = variance(a) + variance(b);
+    let (t, p) = if noise + rounding == 0.0 {
+        (0.0, 1.0)
+    } else {
+        let t = difference / (noise + rounding).sqrt();
+        let freedom = (noise * noise / (doubt(a) + doubt(b))).clamp(1.0, 1e6);
+        // Without any noise only rounding is left, and many degrees of freedom.
+        let freedom = if freedom.is_nan() { 1e6 } else { freedom };
+        let p = StudentsT::new(0.0, 1.0, freedom).map_or(f64::NAN, |s| 2.0 * s.sf(t.abs()));
+        (t, p.min(1.0))
+    };
+    TileDifference { rect: a.rect, t, p }
+}
