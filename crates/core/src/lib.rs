@@ -22,6 +22,8 @@
 //!   screen shows, [`image_io`] writes files.
 //! - A slice of the samples, rendered on another machine or in another sitting, is kept in a file
 //!   of its own by [`part`], which also adds slices up.
+//! - [`Film::error`] tells how far a picture is from the truth, [`agreement`] whether two pictures
+//!   differ by more than noise, [`race`] which of several ways gets nearer in the same time.
 //!
 //! A sample is a pure function of (scene, camera, settings, pixel, sample index), and the film's
 //! sums are exact, so the picture has the same bits at any number of threads, with any pauses,
