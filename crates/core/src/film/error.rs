@@ -104,7 +104,7 @@ impl Film {
     pub fn error(&self) -> Option<ErrorEstimate> {
         let tiles: Vec<Option<TileError>> = (0..self.tiles.len())
             .into_par_iter()
-            .map(|i| self.tile_error(&self.tile(i)))
+            .map(|i| self.tile_error(i))
             .collect();
         ErrorEstimate::of(tiles)
     }
@@ -120,9 +120,13 @@ impl Film {
         Some((tile.rect, places(tile.rect).map(error).collect()))
     }
 
-    /// What a tile contributes to the estimate; `None` where a pixel lacks a sample in either
+    /// What tile `i` contributes to the estimate; `None` where a pixel lacks a sample in either
     /// half.
-    pub(super) fn tile_error(&self, tile: &Tile) -> Option<TileError> {
+    pub fn tile_error(&self, i: usize) -> Option<TileError> {
+        self.error_of(&self.tile(i))
+    }
+
+    pub(crate) fn error_of(&self, tile: &Tile) -> Option<TileError> {
         let squares = self.relative_squares(tile)?;
         let mut error = TileError {
             pixels: tile.rect.width * tile.rect.height,
@@ -138,6 +142,7 @@ impl Film {
 
     /// Mean of a pixel, and the difference of its halves scaled so that its square estimates the
     /// mean's variance; `None` where a half has no sample.
+    #[inline]
     fn halves(&self, cells: &[Cell]) -> Option<(DVec3, DVec3)> {
         let (even, odd) = cells.split_at(cells.len() / 2);
         let count = |half: &[Cell]| half.iter().map(|c| c.count).sum::<u64>() as f64;
@@ -145,9 +150,9 @@ impl Film {
         if n0 == 0.0 || n1 == 0.0 {
             return None;
         }
-        let difference = self.mean(cells, [0]) - self.mean(cells, [1]);
-        let scale = (n0 * n1).sqrt() / (n0 + n1);
-        Some((self.mean(cells, [0, 1]), difference * scale))
+        let (a, b) = (self.mean(cells, [0]), self.mean(cells, [1]));
+        let mean = (a * n0 + b * n1) / (n0 + n1);
+        Some((mean, (a - b) * ((n0 * n1).sqrt() / (n0 + n1))))
     }
 
     /// Light of a tile and its noise, for comparison with another film's; `None` as for
@@ -208,9 +213,8 @@ impl Film {
                 } else {
                     0.0
                 };
-                let inverse = |truth: f32| 1.0 / (truth * truth + 0.01);
-                let weight = (1.0 - alike) * inverse(own) + alike * inverse(mean);
-                relative[i] += square * weight;
+                let truth = own + alike * (mean - own);
+                relative[i] += square / (truth * truth + 0.01);
             }
         }
         Some(relative)

@@ -69,7 +69,7 @@ fn errors_of_pixels_are_pooled_over_neighbours() {
     let at = |x: u32, y: u32| errors[(y * rect.width + x) as usize];
     assert!(at(7, 9) > 0.2 && at(7, 9) == at(8, 10) && at(9, 9) == 0.0);
     assert_eq!(
-        film.develop_tile(0).unwrap().error.unwrap().rel_mse(),
+        film.tile_error(0).unwrap().rel_mse(),
         film.error().unwrap().rel_mse
     );
 }

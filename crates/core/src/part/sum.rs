@@ -154,7 +154,7 @@ impl Parts {
                 .filter_map(|tile| film.developed(tile))
                 .collect();
             stretch_done(&tiles, &developed)?;
-            errors.extend(developed.iter().map(|tile| tile.error));
+            errors.par_extend(tiles.par_iter().map(|tile| film.error_of(tile)));
             for tile in &tiles {
                 rays += tile.rays;
                 invalid_count += tile.invalid().0;

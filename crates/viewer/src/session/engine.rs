@@ -192,7 +192,7 @@ impl Engine<'_> {
         Arc::make_mut(&mut self.history).refer(self.reference.as_deref());
         if let Some(picture) = &mut self.picture {
             picture.refer(self.reference.clone());
-            // Measured as it is drawn.
+            // Measured anew as it is drawn.
             self.stale |= picture.film.samples() > 0;
         }
     }

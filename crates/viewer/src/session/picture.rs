@@ -52,6 +52,10 @@ pub(super) struct Picture {
     next_tile: usize,
     /// What is shown, sRGB bytes; empty until the film is shown first.
     rgb: Vec<u8>,
+    /// Whether this pass measures the error of each tile it draws.
+    is_measured: bool,
+    /// Samples per pixel of the last pass that did.
+    measured: u64,
     /// What each tile tells of the error.
     errors: Vec<Option<TileError>>,
     /// What the picture is compared with, if it has the picture's size.
@@ -68,6 +72,8 @@ impl Picture {
         Self {
             previews: governor.scales(view.settings.width, view.settings.height),
             next_tile: film.tiles(),
+            is_measured: false,
+            measured: 0,
             errors: vec![None; film.tiles()],
             reference: None,
             true_errors: vec![None; film.tiles()],
@@ -95,12 +101,12 @@ impl Picture {
         self.next_tile == self.film.tiles() && self.limits.next(&self.progress).is_err()
     }
 
-    /// Estimated error of what is shown.
+    /// Estimated error of what is shown, as of the last pass that measured it.
     pub fn error(&self) -> Option<ErrorEstimate> {
         ErrorEstimate::of(self.errors.iter().copied())
     }
 
-    /// Compares the picture with a reference from now on, tile by tile as they are drawn.
+    /// Compares the picture with a reference from now on, tile by tile as they are measured.
     pub fn refer(&mut self, reference: Option<Arc<Reference>>) {
         self.true_errors.fill(None);
         self.reference = reference.filter(|r| check_size(self.film.size(), &r.image).is_ok());
@@ -113,11 +119,11 @@ impl Picture {
         Some((sum / (3.0 * f64::from(width) * f64::from(height))).sqrt())
     }
 
-    /// How good the picture is, if every pixel has as many samples.
+    /// How good the picture is, if every pixel has as many samples and was measured with them.
     pub fn point(&self) -> Option<Point> {
         let samples = self.film.samples();
-        let is_even = self.next_tile == self.film.tiles();
-        (is_even && samples > 0 && !self.rgb.is_empty()).then(|| Point {
+        let is_measured = self.next_tile == self.film.tiles() && samples == self.measured;
+        (is_measured && samples > 0 && !self.rgb.is_empty()).then(|| Point {
             samples,
             seconds: self.progress.seconds,
             rays: self.work.rays,
@@ -192,16 +198,47 @@ impl Picture {
         }
         self.next_tile = tiles.end;
         let start = Instant::now();
-        self.draw(tiles, tone);
+        self.draw(tiles.clone(), tone);
+        if self.is_measured {
+            self.measure(tiles);
+        }
         if self.next_tile == self.film.tiles() {
-            self.progress.samples = self.film.samples();
-            if self.progress.samples >= self.progress.next_check {
-                self.progress.checked(self.error().map(|e| e.noise()));
-            }
+            self.pass_done();
         }
         let snapshot = self.snapshot();
         self.showing = start.elapsed();
         Some(snapshot)
+    }
+
+    fn pass_done(&mut self) {
+        self.progress.samples = self.film.samples();
+        // The last picture is measured in any case.
+        if !self.is_measured && self.limits.next(&self.progress).is_err() {
+            self.measure(0..self.film.tiles());
+            self.is_measured = true;
+        }
+        if self.is_measured {
+            self.measured = self.progress.samples;
+            if self.measured >= self.progress.next_check {
+                self.progress.checked(self.error().map(|e| e.noise()));
+            }
+        }
+    }
+
+    /// Measures the error of some tiles.
+    fn measure(&mut self, tiles: Range<usize>) {
+        let (film, reference) = (&self.film, self.reference.as_deref());
+        let start = tiles.start;
+        let errors: Vec<_> = tiles
+            .into_par_iter()
+            .map(|i| {
+                let compare = |r: &Reference| Some(square(&film.develop_tile(i)?, &r.image));
+                (film.tile_error(i), reference.and_then(compare))
+            })
+            .collect();
+        for (i, errors) in (start..).zip(errors) {
+            (self.errors[i], self.true_errors[i]) = errors;
+        }
     }
 
     /// The tiles of the next slice; starts a pass where one has ended.
@@ -220,6 +257,9 @@ impl Picture {
             let limit = self.limits.next(&self.progress).unwrap_or(have);
             self.goal = (have + more).min(limit);
             self.next_tile = 0;
+            // As rare as the checks of a limit, and at those; the first passes all.
+            self.is_measured = self.goal >= self.measured + (self.measured / 8).max(1)
+                || self.goal >= self.progress.next_check;
         }
         let share = paths / (pixels * (self.goal - have) as f64);
         let count = (tiles as f64 * share) as usize;
@@ -227,10 +267,15 @@ impl Picture {
         self.next_tile..tiles.min(self.next_tile.saturating_add(count.max(least)))
     }
 
-    /// Shows all there is once more, under another tone map.
+    /// Shows and measures all there is once more, under another tone map or reference.
     pub fn redraw(&mut self, tone: ToneMap) -> Snapshot {
+        let all = 0..self.film.tiles();
         self.rgb.clear();
-        self.draw(0..self.film.tiles(), tone);
+        self.draw(all.clone(), tone);
+        self.measure(all);
+        if self.next_tile == self.film.tiles() {
+            self.measured = self.film.samples();
+        }
         self.snapshot()
     }
 
@@ -243,18 +288,16 @@ impl Picture {
                 None => vec![0; 3 * width as usize * height as usize],
             };
         }
-        let (film, reference) = (&self.film, self.reference.as_deref());
+        let film = &self.film;
         let drawn: Vec<_> = tiles
             .into_par_iter()
-            .filter_map(|i| Some((i, film.develop_tile(i)?)))
-            .map(|(i, tile)| {
+            .filter_map(|i| film.develop_tile(i))
+            .map(|tile| {
                 let rgb: Vec<[u8; 3]> = tile.pixels.iter().map(|p| tone.apply(*p)).collect();
-                let true_error = reference.map(|r| square(&tile, &r.image));
-                (i, tile.rect, (tile.error, true_error), rgb)
+                (tile.rect, rgb)
             })
             .collect();
-        for (i, rect, errors, rgb) in drawn {
-            (self.errors[i], self.true_errors[i]) = errors;
+        for (rect, rgb) in drawn {
             for (y, row) in (rect.y..).zip(rgb.chunks_exact(rect.width as usize)) {
                 let start = 3 * (y * width + rect.x) as usize;
                 self.rgb[start..start + 3 * row.len()].copy_from_slice(row.as_flattened());

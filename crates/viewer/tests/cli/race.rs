@@ -8,7 +8,8 @@ use serde_json::Value;
 use crate::{Folder, ok, render, run, stderr};
 
 fn parse(path: &Path) -> Value {
-    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
+    let text = std::fs::read_to_string(path).expect("a file");
+    serde_json::from_str(&text).expect("JSON")
 }
 
 #[test]
