@@ -47,13 +47,13 @@ fn every_planted_defect_is_found_by_the_case_meant_for_it() {
 
 /// A defect that one method has and another has not makes them disagree; without it they agree.
 fn agreement_sees_biased_methods() {
-    let scene = Arc::new(shipped("cornell-box").build(&|_| ()).unwrap());
+    let scene = Arc::new(shipped("cornell-box").build(&|_| ()).expect("a scene"));
     let light = |method, seed| {
         Light::of(&film(&view(&scene, |s| {
             (s.width, s.height, s.samples) = (32, 32, 1024);
             (s.method, s.seed) = (method, seed);
         })))
-        .unwrap()
+        .expect("two samples")
     };
     let naive = light(Method::Naive, 1);
     for (bug, method) in [

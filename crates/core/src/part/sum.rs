@@ -29,7 +29,7 @@ pub struct Sum {
     pub paths: u64,
     /// Rays cast.
     pub rays: u64,
-    /// As [`crate::Film::noise`].
+    /// Estimated relative error, as [`crate::film::ErrorEstimate::noise`].
     pub noise: Option<f64>,
     /// Samples left out, as [`crate::Film::invalid`].
     pub invalid: (u64, Vec<InvalidSample>),
