@@ -10,7 +10,7 @@ use crate::dialogs::{Answer, Dialogs, OPENS};
 use crate::keys::{self, Action};
 use crate::model::{Model, scene_name};
 use crate::orbit;
-use crate::panels::{self, Banners, ChartPanel, LabPanel};
+use crate::panels::{self, Banners, ChartPanel, LabPanel, RacePanel};
 use crate::session::{Activity, Budget, Moment, Notice, Session, Status};
 use crate::viewport::Viewport;
 
@@ -81,6 +81,8 @@ pub struct App {
     model: Model,
     /// What the engine was told last.
     sent: (SceneDesc, ToneMap, Budget),
+    /// Whether it was told to rest.
+    rests: bool,
     /// The `opened` count that the model belongs to.
     opened: u64,
     /// The file named in the window's title.
@@ -92,6 +94,7 @@ pub struct App {
     is_help_open: bool,
     lab: LabPanel,
     chart: ChartPanel,
+    race: RacePanel,
     /// What the engine was asked to look back to.
     past: Option<Moment>,
 }
@@ -110,6 +113,7 @@ impl App {
             session,
             model: Model::default(),
             sent: Default::default(),
+            rests: false,
             opened: 0,
             title: PathBuf::new(),
             is_paused: false,
@@ -119,6 +123,7 @@ impl App {
             is_help_open: false,
             lab: LabPanel::new(ctx),
             chart: ChartPanel::default(),
+            race: RacePanel::default(),
             past: None,
         })
     }
@@ -183,9 +188,12 @@ impl App {
             Action::Help => self.is_help_open = !self.is_help_open,
             Action::Lab => self.lab.is_open = !self.lab.is_open,
             Action::Chart => self.chart.is_open = !self.chart.is_open,
+            Action::Race => self.race.is_open = !self.race.is_open,
+            Action::SaveRace => self.dialogs.race(ctx),
             Action::Reference => self.dialogs.reference(ctx),
             Action::Escape if self.is_help_open => self.is_help_open = false,
             Action::Escape if self.lab.is_open => self.lab.is_open = false,
+            Action::Escape if self.race.is_open => self.race.is_open = false,
             Action::Escape if self.chart.is_open => self.chart.is_open = false,
             Action::Escape => self.model.selection = None,
             Action::Quit => ctx.send_viewport_cmd(ViewportCommand::Close),
@@ -198,10 +206,7 @@ impl App {
     }
 
     fn set_paused(&mut self, paused: bool) {
-        if paused != self.is_paused {
-            self.is_paused = paused;
-            self.session.set_paused(paused);
-        }
+        self.is_paused = paused;
     }
 
     fn expose(&mut self, stops: f32) {
@@ -252,6 +257,7 @@ impl App {
             Some(Answer::Open(path)) => self.open(&path),
             Some(Answer::Save(path)) => self.save(path),
             Some(Answer::Reference(path)) => self.session.load_reference(path),
+            Some(Answer::Race(folder)) => self.race.save(ctx, folder),
             Some(Answer::Unavailable(text)) => self.complain(ctx, text.into()),
             Some(Answer::Cancelled) | None => {}
         }
@@ -290,6 +296,12 @@ impl App {
 
     /// Sends the engine what this frame has changed.
     fn send(&mut self) {
+        // A race needs the whole processor.
+        let rests = self.is_paused || self.race.is_running();
+        if rests != self.rests {
+            self.rests = rests;
+            self.session.set_paused(rests);
+        }
         if self.model.tone != self.sent.1 {
             self.sent.1 = self.model.tone;
             self.session.set_tone(self.model.tone);
@@ -358,6 +370,7 @@ impl eframe::App for App {
             self.look_back(&ctx, past);
         });
         self.lab.ui(&ctx, &mut actions);
+        self.race.ui(&ctx, &status, &mut actions);
         panels::help_ui(&ctx, &mut self.is_help_open);
         hovered_files(&ctx);
 

@@ -19,6 +19,8 @@ pub enum Answer {
     Save(PathBuf),
     /// Compare with this.
     Reference(PathBuf),
+    /// Save a race in this folder.
+    Race(PathBuf),
     /// The user thought better of it.
     Cancelled,
     /// The desktop has no dialog to offer: one line that says what to do instead.
@@ -91,6 +93,17 @@ impl Dialogs {
         });
     }
 
+    /// Asks for the folder that the files of a race go to. On a desktop without dialogs it is a new
+    /// one, where lightbox was started.
+    pub fn race(&mut self, ctx: &egui::Context) {
+        let dialog = rfd::FileDialog::new().set_title("Save chart, table and maps in a folder");
+        let without = Answer::Race(free_path(
+            &std::env::current_dir().unwrap_or_default(),
+            "race",
+        ));
+        self.ask(ctx, without, move || dialog.pick_folder().map(Answer::Race));
+    }
+
     fn ask(
         &mut self,
         ctx: &egui::Context,
@@ -146,8 +159,8 @@ fn can_ask() -> bool {
 
 /// The name in a folder, numbered if it is taken: nobody has agreed to overwrite a file.
 fn free_path(folder: &Path, name: &str) -> PathBuf {
-    let (stem, extension) = name.rsplit_once('.').unwrap_or((name, ""));
-    let numbered = (2..).map(|i| format!("{stem}-{i}.{extension}"));
+    let (stem, extension) = name.split_at(name.rfind('.').unwrap_or(name.len()));
+    let numbered = (2..).map(|i| format!("{stem}-{i}{extension}"));
     let mut paths = std::iter::once(name.to_owned())
         .chain(numbered)
         .map(|name| folder.join(name));
@@ -161,10 +174,15 @@ mod tests {
     #[test]
     fn files_are_not_overwritten_unasked() {
         let folder = tempfile::tempdir().unwrap();
-        for expected in ["a.b.png", "a.b-2.png", "a.b-3.png"] {
-            let path = free_path(folder.path(), "a.b.png");
-            assert_eq!(path, folder.path().join(expected));
-            std::fs::write(path, "").unwrap();
+        for names in [
+            ["a.b.png", "a.b-2.png", "a.b-3.png"],
+            ["race", "race-2", "race-3"],
+        ] {
+            for expected in names {
+                let path = free_path(folder.path(), names[0]);
+                assert_eq!(path, folder.path().join(expected));
+                std::fs::write(path, "").unwrap();
+            }
         }
     }
 }

@@ -33,6 +33,10 @@ pub enum Action {
     Lab,
     /// Show or hide the error chart.
     Chart,
+    /// Show or hide the race.
+    Race,
+    /// Choose a folder for the files of a race.
+    SaveRace,
     /// Choose a reference for the error chart.
     Reference,
     /// Close a window over the picture, or select nothing.
@@ -96,6 +100,12 @@ pub const KEYS: &[(Modifiers, Key, Action, &str)] = &[
         Key::F3,
         Action::Chart,
         "show or hide the error chart",
+    ),
+    (
+        PLAIN,
+        Key::F4,
+        Action::Race,
+        "race methods against each other",
     ),
     (COMMAND, Key::Q, Action::Quit, "quit"),
 ];

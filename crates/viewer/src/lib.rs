@@ -12,6 +12,7 @@ pub mod orbit;
 pub mod overlay;
 pub mod pace;
 pub mod panels;
+pub mod race;
 pub mod replay;
 pub mod saved;
 pub mod session;

@@ -85,6 +85,11 @@ impl ErrorEstimate {
         })
     }
 
+    /// The band of [`ErrorEstimate::noise`].
+    pub fn band(&self) -> [f64; 2] {
+        [self.low.sqrt(), self.high.sqrt()]
+    }
+
     /// Relative error, as a fraction: the square root of the relMSE.
     pub fn noise(&self) -> f64 {
         self.rel_mse.sqrt()

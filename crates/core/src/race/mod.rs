@@ -70,7 +70,8 @@ struct Lane<'a> {
     seconds: f64,
     rays: u64,
     samples: u64,
-    points: Vec<Point>,
+    /// When it was last measured.
+    measured: u64,
 }
 
 impl<'a> Lane<'a> {
@@ -84,7 +85,7 @@ impl<'a> Lane<'a> {
             seconds: 0.0,
             rays: 0,
             samples: 0,
-            points: Vec::new(),
+            measured: 0,
         }
     }
 
@@ -115,15 +116,19 @@ impl<'a> Lane<'a> {
         self.film.samples() == target
     }
 
-    fn measure(&mut self) -> Result<(), String> {
-        let rel_mse = compare(&self.film.develop(), self.reference)?.rel_mse;
-        self.points.push(Point {
+    /// The error, if it is time to measure it.
+    fn measure(&mut self, seconds: f64) -> Result<Option<Point>, String> {
+        let is_due = self.samples as f64 >= GROWTH * self.measured as f64;
+        if !is_due && self.target(seconds).is_some() {
+            return Ok(None);
+        }
+        self.measured = self.samples;
+        Ok(Some(Point {
             seconds: self.seconds,
             samples: self.samples,
             rays: self.rays,
-            rel_mse,
-        });
-        Ok(())
+            rel_mse: compare(&self.film.develop(), self.reference)?.rel_mse,
+        }))
     }
 }
 
@@ -139,42 +144,44 @@ pub fn reference_seed(base: u64) -> u64 {
 }
 
 /// Lets the views race, each against its reference. `clock` tells seconds from any start;
-/// `progress` is told the share of the work that is done, 0 to 1. When `cancel` is set, what is
-/// finished is returned. The error, about a reference of another size, is one line.
+/// `progress` is told the share of the work that is done, 0 to 1, and what is measured so far.
+/// When `cancel` is set, that is returned. The error, about a reference of another size, is one
+/// line.
 pub fn run(
     contestants: &[(View, &Image)],
     rules: Rules,
     clock: &dyn Fn() -> f64,
     cancel: &AtomicBool,
-    progress: &mut dyn FnMut(f64),
+    progress: &mut dyn FnMut(f64, &[Record]),
 ) -> Result<Vec<Record>, String> {
     let mut records = vec![Record::default(); contestants.len()];
     for round in 0..rules.seeds {
-        let mut lanes: Vec<Lane<'_>> = contestants
-            .iter()
-            .enumerate()
-            .map(|(i, (view, reference))| {
-                let seed = seed(view.settings.seed, round, i, contestants.len());
-                Lane::new(view, seed, reference)
-            })
-            .collect();
-        let finished = race(&mut lanes, rules.seconds, clock, cancel, &mut |share| {
-            progress((round as f64 + share) / rules.seeds as f64);
-        })?;
-        for (lane, record) in lanes.into_iter().zip(&mut records) {
-            if finished && let Some(light) = Light::of(&lane.film) {
+        let mut lanes = Vec::new();
+        for (i, (view, reference)) in contestants.iter().enumerate() {
+            let seed = seed(view.settings.seed, round, i, contestants.len());
+            lanes.push(Lane::new(view, seed, reference));
+            let points = Vec::new();
+            records[i].runs.push(Run { seed, points });
+        }
+        let all = rules.seeds as f64;
+        let finished = race(
+            &mut lanes,
+            &mut records,
+            rules.seconds,
+            clock,
+            cancel,
+            &mut |share, records| progress((round as f64 + share) / all, records),
+        )?;
+        if !finished {
+            break;
+        }
+        for (lane, record) in lanes.iter().zip(&mut records) {
+            if let Some(light) = Light::of(&lane.film) {
                 match &mut record.light {
                     Some(all) => all.add(&light),
                     none => *none = Some(light),
                 }
             }
-            record.runs.push(Run {
-                seed: lane.view.settings.seed,
-                points: lane.points,
-            });
-        }
-        if !finished {
-            break;
         }
     }
     Ok(records)
@@ -183,31 +190,33 @@ pub fn run(
 /// One round: whoever has had least time is next. Returns false if it was interrupted.
 fn race(
     lanes: &mut [Lane<'_>],
+    records: &mut [Record],
     seconds: f64,
     clock: &dyn Fn() -> f64,
     cancel: &AtomicBool,
-    progress: &mut dyn FnMut(f64),
+    progress: &mut dyn FnMut(f64, &[Record]),
 ) -> Result<bool, String> {
     loop {
         let racing = lanes
-            .iter_mut()
-            .filter_map(|lane| lane.target(seconds).map(|target| (lane, target)))
-            .min_by(|(a, _), (b, _)| a.seconds.total_cmp(&b.seconds));
-        let Some((lane, target)) = racing else {
+            .iter()
+            .enumerate()
+            .filter_map(|(i, lane)| Some((i, lane.target(seconds)?)))
+            .min_by(|(i, _), (j, _)| lanes[*i].seconds.total_cmp(&lanes[*j].seconds));
+        let Some((i, target)) = racing else {
             return Ok(true);
         };
+        let lane = &mut lanes[i];
         if cancel.load(Ordering::Relaxed) || !lane.advance(target, clock, cancel) {
             return Ok(false);
         }
-        let measured = lane.points.last().map_or(0.0, |p| p.samples as f64);
-        if lane.samples as f64 >= GROWTH * measured || lane.target(seconds).is_none() {
-            lane.measure()?;
+        if let (Some(point), Some(run)) = (lane.measure(seconds)?, records[i].runs.last_mut()) {
+            run.points.push(point);
         }
         let done: f64 = lanes
             .iter()
             .map(|lane| (lane.seconds / seconds).min(1.0))
             .sum();
-        progress(done / lanes.len() as f64);
+        progress(done / lanes.len() as f64, records);
     }
 }
 

@@ -40,7 +40,7 @@ fn everyone_gets_the_same_time_and_seeds_of_its_own() {
     };
     let never = AtomicBool::new(false);
     let mut shares = Vec::new();
-    let records = run(&contestants, rules, &clock(), &never, &mut |s| {
+    let records = run(&contestants, rules, &clock(), &never, &mut |s, _| {
         shares.push(s)
     })
     .unwrap();
@@ -88,7 +88,7 @@ fn an_interrupted_race_keeps_what_it_has() {
         rules,
         &clock(),
         &cancel,
-        &mut |share| {
+        &mut |share, _| {
             cancel.store(share > 0.5, Ordering::Relaxed);
         },
     );
@@ -108,7 +108,7 @@ fn an_interrupted_race_keeps_what_it_has() {
         rules,
         &clock(),
         &AtomicBool::new(false),
-        &mut |_| (),
+        &mut |_, _| (),
     );
     assert!(refused.unwrap_err().contains("render both at one size"));
 }

@@ -181,7 +181,7 @@ impl Engine<'_> {
             (Referring::ToPresent, Some(picture)) if picture.film.samples() > 0 => {
                 let settings = &picture.view.settings;
                 Some(Arc::new(Reference {
-                    image: self.pool.install(|| picture.film.develop()),
+                    image: self.pool.install(|| picture.film.develop()).into(),
                     name: format!("this picture at {} spp", picture.film.samples()),
                     stream: Some((settings.sampler, settings.seed)),
                 }))

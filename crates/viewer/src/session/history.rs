@@ -32,6 +32,8 @@ pub struct Point {
     pub rays: u64,
     /// Estimated relative error (noise, not bias).
     pub noise: Option<f64>,
+    /// Between what it lies in nine pictures of ten, once that can be told.
+    pub band: Option<[f64; 2]>,
     /// Relative error against the reference.
     pub error: Option<f64>,
 }
@@ -215,6 +217,7 @@ mod tests {
             seconds: samples as f64 * 0.01,
             rays: samples * 10,
             noise: Some(1.0 / samples as f64),
+            band: None,
             error: None,
         }
     }

@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use lightbox_core::color::ToneMap;
 use lightbox_core::compare::{check_size, relative_square};
-use lightbox_core::film::{Developed, ErrorEstimate, TileError};
+use lightbox_core::film::{BAND_FROM, Developed, ErrorEstimate, TileError};
 use lightbox_core::image_io::tone_mapped;
 use lightbox_core::render::Work;
 use lightbox_core::scene::CameraDesc;
@@ -123,11 +123,13 @@ impl Picture {
     pub fn point(&self) -> Option<Point> {
         let samples = self.film.samples();
         let is_measured = self.next_tile == self.film.tiles() && samples == self.measured;
+        let error = self.error();
         (is_measured && samples > 0 && !self.rgb.is_empty()).then(|| Point {
             samples,
             seconds: self.progress.seconds,
             rays: self.work.rays,
-            noise: self.error().map(|e| e.noise()),
+            noise: error.map(|e| e.noise()),
+            band: error.filter(|_| samples >= BAND_FROM).map(|e| e.band()),
             error: self.true_error(),
         })
     }

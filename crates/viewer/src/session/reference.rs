@@ -1,6 +1,7 @@
 //! A picture that counts as right: with it, noise becomes true error.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use lightbox_core::{Image, SamplerKind, image_io};
 
@@ -10,7 +11,7 @@ use crate::saved;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reference {
     /// Linear light.
-    pub image: Image,
+    pub image: Arc<Image>,
     /// What to call it.
     pub name: String,
     /// The sampler and seed it was made with, where that is known. A picture made with the same has
@@ -31,7 +32,7 @@ impl Reference {
         // A picture of another program carries no scene.
         let made_by = saved::load(path).ok();
         Ok(Self {
-            image,
+            image: image.into(),
             name: path
                 .file_name()
                 .unwrap_or(path.as_os_str())

@@ -8,5 +8,6 @@ mod files;
 mod lab;
 mod layout;
 mod objects;
+mod race;
 mod settings;
 mod window;

@@ -7,6 +7,7 @@ use egui_plot::LineStyle;
 use lightbox_core::forecast::{Forecast, Span};
 
 use super::changes::changes;
+use crate::panels::decades::bounds;
 use crate::panels::format::{count, si};
 use crate::session::{History, Moment, Point, Run};
 
@@ -14,12 +15,6 @@ use crate::session::{History, Moment, Point, Run};
 pub const NOISE: Color32 = Color32::from_rgb(80, 160, 240);
 
 const ERROR: Color32 = Color32::from_rgb(240, 140, 50);
-
-/// Least span of an axis, decades.
-const LEAST: f64 = 0.7;
-
-/// Room beside the curves, as a share of the span: left, right, below and above.
-const ROOM: [f64; 4] = [0.03, 0.13, 0.08, 0.08];
 
 /// What the error is drawn against.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -80,6 +75,8 @@ pub struct Curve {
     pub width: f32,
     pub style: LineStyle,
     pub points: Vec<[f64; 2]>,
+    /// Along, low and high, where the noise has a band.
+    pub band: Vec<[f64; 3]>,
     /// Kept pictures on it.
     pub pictures: Vec<(Point, [f64; 2])>,
 }
@@ -176,12 +173,24 @@ fn curve(
             LineStyle::Solid
         },
         points: run.points.iter().filter_map(at).collect(),
+        band: if is_present && !is_error {
+            run.points.iter().filter_map(|p| banded(axis, p)).collect()
+        } else {
+            Vec::new()
+        },
         pictures: run
             .pictures
             .iter()
             .filter_map(|(point, _)| Some((*point, at(point)?)))
             .collect(),
     }
+}
+
+/// Where the band of a moment's noise is drawn, in decades.
+fn banded(axis: Axis, point: &Point) -> Option<[f64; 3]> {
+    let [low, high] = point.band?.map(Some);
+    let (low, high) = (place(axis, point, low)?, place(axis, point, high)?);
+    Some([low[0], low[1], high[1]])
 }
 
 /// Where a moment is drawn, in decades; nowhere if it is not on logarithmic axes.
@@ -217,43 +226,9 @@ fn map(span: Span, f: impl Fn(f64) -> f64) -> Span {
     }
 }
 
-/// What the axes show: all points and some room.
-fn bounds<'a>(points: impl Iterator<Item = &'a [f64; 2]>) -> [f64; 4] {
-    let mut span = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
-    for point in points {
-        for (span, x) in span.iter_mut().zip(point) {
-            *span = [span[0].min(*x), span[1].max(*x)];
-        }
-    }
-    let [x, y] = span.map(|[low, high]| {
-        if low > high {
-            return [-1.0, 1.0];
-        }
-        let lack = (LEAST - (high - low)).max(0.0);
-        [low - lack / 2.0, high + lack / 2.0]
-    });
-    let (width, height) = (x[1] - x[0], y[1] - y[0]);
-    [
-        x[0] - ROOM[0] * width,
-        x[1] + ROOM[1] * width,
-        y[0] - ROOM[2] * height,
-        y[1] + ROOM[3] * height,
-    ]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn axes_hold_every_point_and_are_never_empty() {
-        let [left, right, bottom, top] = bounds([[-1.0, 0.0], [2.0, -3.0]].iter());
-        assert!(left < -1.0 && right > 2.0 && bottom < -3.0 && top > 0.0);
-        let [left, right, bottom, top] = bounds([[1.0, 1.0]].iter());
-        assert!(right - left >= LEAST && top - bottom >= LEAST);
-        assert!((left..right).contains(&1.0) && (bottom..top).contains(&1.0));
-        assert!(bounds([].iter())[0].is_finite());
-    }
 
     #[test]
     fn nothing_without_a_logarithm_is_drawn() {
@@ -262,11 +237,15 @@ mod tests {
             seconds: 0.0,
             rays: 100,
             noise: Some(0.1),
+            band: Some([0.05, 0.2]),
             error: Some(0.0),
         };
         assert_eq!(place(Axis::Seconds, &point, point.noise), None);
         assert_eq!(place(Axis::Rays, &point, point.error), None);
         assert_eq!(place(Axis::Rays, &point, None), None);
         assert_eq!(place(Axis::Rays, &point, point.noise), Some([2.0, -1.0]));
+        assert_eq!(banded(Axis::Seconds, &point), None);
+        let [along, low, high] = banded(Axis::Rays, &point).unwrap();
+        assert!(along == 2.0 && low < -1.0 && high > -1.0);
     }
 }

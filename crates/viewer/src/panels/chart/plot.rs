@@ -2,13 +2,11 @@
 
 use egui::accesskit::Role;
 use egui::{Align2, Color32, Ui, WidgetInfo};
-use egui_plot::{
-    Corner, GridInput, GridMark, Legend, Line, LineStyle, Plot, PlotPoint, PlotPoints, PlotUi,
-    Points, Text,
-};
+use egui_plot::{FilledArea, Line, LineStyle, PlotPoint, PlotPoints, PlotUi, Text};
 use lightbox_core::forecast::Forecast;
 
 use super::curves::{Axis, Curves, NOISE};
+use crate::panels::decades::{self, dots};
 use crate::panels::format::{count, percent, rate, seconds};
 use crate::session::{History, Moment, Point};
 
@@ -24,30 +22,7 @@ pub fn show(
     let line = ui.spacing().interact_size.y + ui.spacing().item_spacing.y;
     let height = (ui.available_height() - line).max(60.0);
     let curves = Curves::new(history, forecast, axis);
-    let plot = Plot::new("error chart")
-        .height(height)
-        .allow_zoom(false)
-        .allow_drag(false)
-        .allow_scroll(false)
-        .allow_boxed_zoom(false)
-        .allow_double_click_reset(false)
-        .allow_axis_zoom_drag(false)
-        .show_crosshair(false)
-        .label_formatter(|_| None)
-        .x_grid_spacer(grid)
-        .y_grid_spacer(grid)
-        .x_axis_formatter(move |mark, shown| {
-            // A label in the last part would be cut off.
-            let end = shown.end() - 0.06 * (shown.end() - shown.start());
-            if mark.value < end {
-                axis.text(mantissa_exact(mark.value))
-            } else {
-                String::new()
-            }
-        })
-        .y_axis_formatter(|mark, _| format!("{} %", mantissa_exact(mark.value + 2.0)))
-        .y_axis_min_width(48.0)
-        .legend(Legend::default().position(Corner::RightTop));
+    let plot = decades::plot("error chart", height, move |x| axis.text(x));
     let weak = ui.visuals().weak_text_color();
     let plot = plot.show(ui, |plot| curves.draw(plot, weak, last));
     plot.response
@@ -105,6 +80,14 @@ impl Curves {
             plot.line(guide);
         }
         for curve in &self.curves {
+            if !curve.band.is_empty() {
+                let column = |k: usize| curve.band.iter().map(|p| p[k]).collect::<Vec<f64>>();
+                let band = FilledArea::new(&curve.name, &column(0), &column(1), &column(2))
+                    .id((curve.run, "band"))
+                    .fill_color(curve.color.gamma_multiply(0.25))
+                    .allow_hover(false);
+                plot.add(band);
+            }
             let line = Line::new(&curve.name, PlotPoints::from(curve.points.clone()))
                 .id((curve.run, &curve.name))
                 .color(curve.color)
@@ -156,67 +139,6 @@ impl Curves {
                 .color(weak)
                 .filled(false)
                 .radius(7.0),
-        );
-    }
-}
-
-fn dots<'a>(name: &str, id: impl std::hash::Hash, at: Vec<[f64; 2]>) -> Points<'a> {
-    Points::new(name, PlotPoints::from(at))
-        .id(id)
-        .allow_hover(false)
-}
-
-/// Lines at 1, 2, … 9 times every power of ten; labels, where there is room, at 1, 2 and 5.
-fn grid(input: GridInput) -> Vec<GridMark> {
-    let (low, high) = input.bounds;
-    let mut marks = Vec::new();
-    for decade in low.floor() as i32..=high.ceil() as i32 {
-        for k in 1..10 {
-            let step_size = match k {
-                1 => 1.0,
-                2 | 5 => 0.3,
-                _ => 0.09,
-            };
-            marks.push(GridMark {
-                value: f64::from(decade) + f64::from(k).log10(),
-                step_size,
-            });
-        }
-    }
-    marks.retain(|m| (low..=high).contains(&m.value));
-    marks
-}
-
-/// 10 to the power of a grid mark, with one digit.
-fn mantissa_exact(mark: f64) -> f64 {
-    format!("{:.0e}", 10f64.powf(mark)).parse().unwrap_or(0.0)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn marks_are_round_numbers() {
-        let input = GridInput {
-            bounds: (-1.5, 1.2),
-            base_step_size: 0.01,
-        };
-        let marks = grid(input);
-        let labelled: Vec<String> = marks
-            .iter()
-            .filter(|m| m.step_size > 0.1)
-            .map(|m| Axis::Seconds.text(mantissa_exact(m.value)))
-            .collect();
-        assert_eq!(
-            labelled,
-            [
-                "0.05 s", "0.1 s", "0.2 s", "0.5 s", "1 s", "2 s", "5 s", "10 s"
-            ]
-        );
-        assert_eq!(
-            [0.0, 3.0, 6.3, 9.0].map(|m| Axis::Rays.text(mantissa_exact(m))),
-            ["1", "1 k", "2 M", "1 G"]
         );
     }
 }

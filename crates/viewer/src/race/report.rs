@@ -9,33 +9,16 @@ use glam::Vec3;
 use lightbox_core::agreement::Agreement;
 use lightbox_core::color::ToneMap;
 use lightbox_core::settings::UNLIMITED;
-use lightbox_core::{Image, Method, SamplerKind, image_io};
-use serde::Serialize;
+use lightbox_core::{Image, image_io};
 use serde_json::{Value, json};
 
-use super::{Race, cannot_write, chart};
-
-/// Where a reference comes from.
-#[derive(Clone, Debug, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub(super) enum Origin {
-    /// A picture that the user named.
-    File(String),
-    /// Rendered before the race.
-    Rendered {
-        method: Method,
-        sampler: SamplerKind,
-        samples: u64,
-        seconds: f64,
-        seed: u64,
-    },
-}
+use super::{Race, chart};
 
 /// Differences beyond this many standard deviations have full colour on a map.
 const FULL_COLOR: f64 = 5.0;
 
 /// Writes all files of a race; returns its table. The error is one line.
-pub(super) fn write(race: &Race, folder: &Path) -> Result<String, String> {
+pub fn write(race: &Race, folder: &Path) -> Result<String, String> {
     let put = |name: &str, text: &str| {
         let path = folder.join(name);
         fs::write(&path, text).map_err(|e| cannot_write(&path, &e))
@@ -50,7 +33,12 @@ pub(super) fn write(race: &Race, folder: &Path) -> Result<String, String> {
     for (i, j, agreement) in &race.agreements {
         let path = folder.join(map_name(race, *i, *j));
         let text = agreement.headline(&race.labels[*i], &race.labels[*j]);
-        image_io::write(&path, &map(agreement, race), ToneMap::default(), &text)?;
+        image_io::write(
+            &path,
+            &map(agreement, [race.settings.width, race.settings.height]),
+            ToneMap::default(),
+            &text,
+        )?;
     }
     Ok(table(race, folder))
 }
@@ -62,8 +50,7 @@ fn map_name(race: &Race, i: usize, j: usize) -> String {
 
 /// Red where the first of two methods is brighter than noise explains, blue where darker, white
 /// where they agree.
-fn map(agreement: &Agreement, race: &Race) -> Image {
-    let (width, height) = (race.settings.width, race.settings.height);
+pub fn map(agreement: &Agreement, [width, height]: [u32; 2]) -> Image {
     let mut pixels = vec![Vec3::ONE; width as usize * height as usize];
     for tile in &agreement.tiles {
         let share = (tile.t / FULL_COLOR).clamp(-1.0, 1.0) as f32;
@@ -131,8 +118,10 @@ fn json(race: &Race) -> Value {
         .references
         .iter()
         .map(|r| {
-            let error = r.error.map(|e| [e.rel_mse, e.low, e.high]);
-            json!({"filter": r.filter.to_string(), "origin": r.origin, "relMSE": error.map(|e| e[0]), "band": error.map(|e| [e[1], e[2]])})
+            json!({
+                "filter": r.filter.to_string(), "origin": r.origin,
+                "relMSE": r.error.map(|e| e.rel_mse), "band": r.error.map(|e| [e.low, e.high]),
+            })
         })
         .collect();
     let depth: Value = if settings.depth == UNLIMITED {
@@ -150,6 +139,22 @@ fn json(race: &Race) -> Value {
         "seconds": race.rules.seconds, "seeds": race.rules.seeds, "interrupted": race.interrupted,
         "references": references, "contestants": contestants, "agreement": agreements,
     })
+}
+
+/// Makes a folder and checks that files can be written there.
+pub fn check_folder(folder: &Path) -> Result<(), String> {
+    let probe = folder.join(format!(".race.{}.part", std::process::id()));
+    fs::create_dir_all(folder)
+        .and_then(|()| fs::write(&probe, ""))
+        .and_then(|()| fs::remove_file(&probe))
+        .map_err(|e| cannot_write(folder, &e))
+}
+
+fn cannot_write(path: &Path, e: &std::io::Error) -> String {
+    format!(
+        "{}: cannot be written ({e}); choose a folder that you may write to",
+        path.display()
+    )
 }
 
 /// The processor's name, where the system tells it in a file.

@@ -19,7 +19,7 @@ const COLORS: [RGBColor; 8] = [
 ];
 
 /// Draws the chart. The error is one line.
-pub(super) fn svg(race: &Race) -> Result<String, String> {
+pub fn svg(race: &Race) -> Result<String, String> {
     let mut text = String::new();
     draw(race, SVGBackend::with_string(&mut text, SIZE))
         .map_err(|e| format!("the chart cannot be drawn ({e})"))?;
