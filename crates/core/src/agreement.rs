@@ -41,6 +41,15 @@ impl Light {
             to.fourth += from.fourth;
         }
     }
+
+    /// Variance over mean of a typical tile. Of rare light it is the same everywhere but for
+    /// albedo, and so tells the variance where no sample has met any.
+    fn variance_ratio(&self) -> f64 {
+        let lit = self.0.iter().filter(|tile| tile.square > 0.0);
+        let mut ratios: Vec<f64> = lit.map(|t| variance(t) / mean(t)).collect();
+        ratios.sort_unstable_by(f64::total_cmp);
+        ratios.get(ratios.len() / 2).copied().unwrap_or(0.0)
+    }
 }
 
 #[cfg(test)]
@@ -79,10 +88,11 @@ impl Agreement {
     /// If they differ in size.
     pub fn between(a: &Light, b: &Light) -> Self {
         assert_eq!(a.0.len(), b.0.len(), "pictures of one size");
+        let ratios = [a, b].map(Light::variance_ratio);
         let tiles: Vec<TileDifference> =
             a.0.iter()
                 .zip(&b.0)
-                .map(|(a, b)| difference(a, b))
+                .map(|(a, b)| difference([a, b], ratios))
                 .collect();
         let least = tiles.iter().map(|tile| tile.p).fold(1.0, f64::min);
         let p = -((tiles.len() as f64) * (-least).ln_1p()).exp_m1();
@@ -107,15 +117,25 @@ impl Agreement {
     }
 }
 
-fn difference(a: &TileLight, b: &TileLight) -> TileDifference {
-    let mean = |t: &TileLight| t.sum / t.pixels;
-    let variance = |t: &TileLight| t.square / (t.pixels * t.pixels);
+fn mean(t: &TileLight) -> f64 {
+    t.sum / t.pixels
+}
+
+fn variance(t: &TileLight) -> f64 {
+    t.square / (t.pixels * t.pixels)
+}
+
+/// Compares a tile of two pictures, whose typical ratios of variance to mean are known. The noise
+/// is at least what those say of the light that both together have found: halves that have met
+/// next to nothing hardly differ, and prove nothing.
+fn difference([a, b]: [&TileLight; 2], ratios: [f64; 2]) -> TileDifference {
     // Variance of the variance, over 2: of normal noise, a pixel's σ⁴ is a third of its mean
     // fourth power.
     let doubt = |t: &TileLight| t.fourth / (3.0 * t.pixels.powi(4));
     let difference = mean(a) - mean(b);
+    let light = (mean(a) + mean(b)) / 2.0;
     let rounding = (ROUNDING * mean(a).abs().max(mean(b).abs())).powi(2);
-    let noise = variance(a) + variance(b);
+    let noise = variance(a).max(ratios[0] * light) + variance(b).max(ratios[1] * light);
     let (t, p) = if noise + rounding == 0.0 {
         (0.0, 1.0)
     } else {

@@ -202,3 +202,22 @@ fn disagreement_is_found_and_noise_is_not() {
             .starts_with("a and b disagree, p = ")
     );
 }
+
+/// With next to no samples, most tiles of `naive` have not met the lamp: that is no disagreement.
+#[test]
+fn light_that_was_not_met_yet_is_no_disagreement() {
+    use crate::agreement::Agreement;
+    let light = |method, samples, seed| {
+        let mut view = cornell(method);
+        (view.settings.width, view.settings.height) = (96, 96);
+        view.settings.seed = seed;
+        let film = view.film();
+        view.render(&film, samples, &AtomicBool::new(false));
+        Light::of(&film).unwrap()
+    };
+    let mis = light(Method::Mis, 32, 1);
+    for (samples, seed) in [(2, 2), (2, 3), (4, 4), (4, 5), (8, 6), (16, 7)] {
+        let p = Agreement::between(&light(Method::Naive, samples, seed), &mis).p;
+        assert!(p > 1e-3, "{samples} spp: {p}");
+    }
+}

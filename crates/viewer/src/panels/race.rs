@@ -357,7 +357,7 @@ fn chart(ui: &mut Ui, standing: &Standing) {
         }
         for (i, (curve, label)) in curves.iter().zip(&standing.labels).enumerate() {
             let column = |k: usize| curve.iter().map(|p| p[k]).collect::<Vec<f64>>();
-            let band = FilledArea::new(label, &column(0), &column(2), &column(3));
+            let band = FilledArea::new("", &column(0), &column(2), &column(3)).id((i, "band"));
             plot.add(
                 band.fill_color(color(i).gamma_multiply(0.2))
                     .allow_hover(false),

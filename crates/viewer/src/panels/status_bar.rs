@@ -36,6 +36,13 @@ pub fn status_bar_ui(ui: &mut Ui, status: &Status, actions: &mut Vec<Action>) {
         if ui.button("Chart").on_hover_text(tip).clicked() {
             actions.push(Action::Chart);
         }
+        let tip = format!(
+            "Methods against each other ({})",
+            keys::text(ui.ctx(), &Action::Race)
+        );
+        if ui.button("Race").on_hover_text(tip).clicked() {
+            actions.push(Action::Race);
+        }
         ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
             ui.shrink_clip_rect(ui.max_rect());
             pause(ui, status.activity, actions);

@@ -82,7 +82,7 @@ impl Curves {
         for curve in &self.curves {
             if !curve.band.is_empty() {
                 let column = |k: usize| curve.band.iter().map(|p| p[k]).collect::<Vec<f64>>();
-                let band = FilledArea::new(&curve.name, &column(0), &column(1), &column(2))
+                let band = FilledArea::new("", &column(0), &column(1), &column(2))
                     .id((curve.run, "band"))
                     .fill_color(curve.color.gamma_multiply(0.25))
                     .allow_hover(false);
