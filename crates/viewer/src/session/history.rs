@@ -297,10 +297,10 @@ mod tests {
         begin(&mut history, false);
         run(&mut history, 5, 3);
         let reference = |pixels| Reference {
-            image: Image {
+            image: Arc::new(Image {
                 pixels: vec![Vec3::splat(2.0); pixels as usize],
                 ..image(pixels)
-            },
+            }),
             name: String::new(),
             stream: None,
         };
