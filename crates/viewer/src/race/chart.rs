@@ -3,6 +3,7 @@
 use plotters::prelude::*;
 
 use super::Race;
+use crate::model::scene_name;
 
 const SIZE: (u32, u32) = (960, 600);
 
@@ -24,6 +25,15 @@ pub fn svg(race: &Race) -> Result<String, String> {
     draw(race, SVGBackend::with_string(&mut text, SIZE))
         .map_err(|e| format!("the chart cannot be drawn ({e})"))?;
     Ok(text)
+}
+
+/// 1, 2 and 5 times a power of ten as a number; for others there is no room.
+fn round(value: f64) -> String {
+    let text = format!("{value:.0e}");
+    if !text.starts_with(['1', '2', '5']) {
+        return String::new();
+    }
+    text.parse().map_or(text, |value: f64| value.to_string())
 }
 
 fn draw(race: &Race, backend: SVGBackend<'_>) -> Result<(), Box<dyn std::error::Error>> {
@@ -51,8 +61,8 @@ fn draw(race: &Race, backend: SVGBackend<'_>) -> Result<(), Box<dyn std::error::
     };
     let ((t0, t1), (e0, e1)) = (range(&[0]), range(&[2, 3]));
     let title = format!(
-        "{}, {}x{}",
-        race.scene.path().display(),
+        "{}, {}×{} px",
+        scene_name(race.scene.path()),
         race.settings.width,
         race.settings.height
     );
@@ -77,6 +87,11 @@ fn draw(race: &Race, backend: SVGBackend<'_>) -> Result<(), Box<dyn std::error::
         .configure_mesh()
         .x_desc("seconds of tracing")
         .y_desc("relative error")
+        .x_label_formatter(&|seconds| round(*seconds))
+        .y_label_formatter(&|error| match round(100.0 * error) {
+            number if number.is_empty() => number,
+            number => number + " %",
+        })
         .light_line_style(BLACK.mix(0.05))
         .bold_line_style(BLACK.mix(0.15))
         .draw()?;
