@@ -168,3 +168,53 @@ fn rays_leave_balls_of_a_few_steps() {
         );
     }
 }
+
+/// Edges of a thin triangle, rounded to f32, gave a normal that was off by twelve degrees, and
+/// rays along it left to the wrong side.
+#[test]
+fn rays_leave_thin_triangles_along_their_normals() {
+    let found = [
+        Vec3::new(-3.0, -1.0, -1.0),
+        Vec3::new(-0.5, -15.999_999, -15.999_999),
+        Vec3::new(-0.499_999_9, -15.999_999, -15.999_997),
+    ];
+    let origin = Vec3::new(-15.999_999, -1.0, -0.499_061_55);
+    let dir = Vec3::new(0.792_489_5, -0.417_099_77, -0.444_958_54);
+    let mut rng = Rng::new(2);
+    for i in 0..20_000 {
+        let (triangle, ray) = if i == 0 {
+            (found, Ray::new(origin, dir))
+        } else {
+            let (a, along) = (16.0 * rng.cube(), 16.0 * rng.direction());
+            let thin = [a, a + along, a + along + 1e-5 * rng.cube()];
+            let (origin, target) = (16.0 * rng.cube(), rng.point_of(thin));
+            (thin, Ray::new(origin, (target - origin).normalize()))
+        };
+        let Some(hit) = ShearedRay::new(&ray).triangle(triangle, f32::INFINITY) else {
+            assert_ne!(i, 0, "it is hit");
+            continue;
+        };
+        let point = SurfacePoint::of_triangle(triangle, [hit.b1, hit.b2]);
+        for w in [point.n, -point.n] {
+            let onward = Ray::new(point.leave(w), w);
+            let again = ShearedRay::new(&onward).triangle(triangle, f32::INFINITY);
+            assert_eq!(again, None, "{triangle:?} {ray:?} along {w}");
+        }
+    }
+}
+
+/// A point of a planet a few units in the last place of f64 off its surface, where f32 has more
+/// digits than that: it may be off by what f64 computes in, and says so.
+#[test]
+fn a_point_of_a_planet_near_the_origin_tells_how_far_off_it_is() {
+    let center = Vec3::new(0.000_118_395_16, -65_535.996, -0.000_602_722_1);
+    let planet = Sphere {
+        center,
+        radius: 65_535.996,
+    };
+    let point = SurfacePoint::of_sphere(&planet, Vec3::ZERO);
+    let off = (point.p.as_dvec3() - center.as_dvec3()).length() - f64::from(planet.radius);
+    let [low, high] = point.surface.map(f64::from);
+    assert!(low <= -off && -off <= high, "{off} for {point:?}");
+    assert!(high - low < 1e-9, "{point:?}");
+}

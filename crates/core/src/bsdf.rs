@@ -152,11 +152,12 @@ fn reflect(wo: Vec3, n: Vec3) -> Vec3 {
 /// refracted direction; `eta` is the ratio of indices, incident over transmitted. Total
 /// reflection gives (1, 0).
 pub(crate) fn fresnel(cos: f32, eta: f32) -> (f32, f32) {
-    let sin2_t = eta * eta * (1.0 - cos * cos);
-    if sin2_t >= 1.0 {
+    // 1 − eta² sin², so that a boundary between equal indices reflects nothing at any angle.
+    let cos2_t = (1.0 - eta) * (1.0 + eta) + eta * eta * cos * cos;
+    if cos2_t <= 0.0 {
         return (1.0, 0.0);
     }
-    let cos_t = (1.0 - sin2_t).sqrt();
+    let cos_t = cos2_t.sqrt();
     let parallel = (cos - eta * cos_t) / (cos + eta * cos_t);
     let perpendicular = (eta * cos - cos_t) / (eta * cos + cos_t);
     (

@@ -6,7 +6,7 @@
 use glam::{DVec3, Vec2, Vec3};
 
 use crate::math::{Aabb, Floats, GROUP, Ray, Vectors, offset_origin, round_along};
-use crate::shape::{Quad, Sphere, triangle_area, unit_normal};
+use crate::shape::{Quad, Sphere, triangle_area, triangle_normal};
 
 pub use cast::Geometry;
 
@@ -130,8 +130,7 @@ impl SurfacePoint {
     /// The point of a triangle with barycentric coordinates (1−b1−b2, b1, b2).
     #[inline(always)]
     pub fn of_triangle(triangle: [Vec3; 3], b: [f32; 2]) -> Self {
-        let [v0, v1, v2] = triangle;
-        Self::of_triangle_with(triangle, unit_normal(v1 - v0, v2 - v0), b)
+        Self::of_triangle_with(triangle, triangle_normal(triangle), b)
     }
 
     /// The same, of a triangle whose unit normal `n` is known. In f64, so that only the rounding

@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use glam::Vec3;
 
 use super::stats::{CHI_SQUARE_63, Comparisons, Replicates, cell, chi_square};
-use super::trial::{LAST, closed_box, numbers, path, replicates, view};
+use super::trial::{LAST, closed_box, is_accepted, numbers, path, replicates, view};
 use super::{Bound, Case, Check, Figure, gallery, specular};
 use crate::bsdf::Bsdf;
 use crate::math::{Frame, warp};
@@ -264,6 +264,17 @@ fn albedo_one() -> Vec<Figure> {
         // The chance that one of them is longer is 2·10⁴·0.95⁵⁰⁰ = 10⁻⁷.
         bound: Bound::AtMost(503.0),
     }];
+    let above = [1.0f32.next_up(), 2.0, f32::INFINITY];
+    let accepted = above.iter().filter(|x| {
+        let text = format!("[[material]]\nname = 'a'\nalbedo = [0.5, {x:?}, 0.5]\n");
+        is_accepted(&text)
+    });
+    figures.push(Figure {
+        what: "reflectances above 1 accepted",
+        naive: None,
+        lightbox: accepted.count() as f64,
+        bound: Bound::Exactly(0.0),
+    });
     figures.extend(comparisons.figures(
         "largest deviation of the sum cut at 12 segments, critical distances",
         None,

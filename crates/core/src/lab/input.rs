@@ -66,7 +66,12 @@ pub(super) const NOTHING: u32 = u32::MAX;
 
 /// Answers, nearest and any, in which some accelerator differs from brute force by a bit.
 pub(super) fn differences(triangles: &[Triangle], rays: &[Ray]) -> usize {
-    let brute = build(triangles, AccelKind::Brute);
+    differences_among(&|| primitives(triangles), rays)
+}
+
+/// The same for primitives of all kinds.
+pub(super) fn differences_among(scene: &dyn Fn() -> Primitives, rays: &[Ray]) -> usize {
+    let brute = Geometry::build(scene(), AccelKind::Brute);
     let expected: Vec<_> = rays.iter().map(|ray| bits(cast(&brute, ray))).collect();
     let differing = |geometry: &Geometry| {
         let wrong = |(ray, expected): &(&Ray, &Option<_>)| {
@@ -75,7 +80,10 @@ pub(super) fn differences(triangles: &[Triangle], rays: &[Ray]) -> usize {
         };
         rays.iter().zip(&expected).filter(wrong).count()
     };
-    trees(triangles).iter().map(differing).sum()
+    kinds()
+        .filter(|accel| *accel != AccelKind::Brute)
+        .map(|accel| differing(&Geometry::build(scene(), accel)))
+        .sum()
 }
 
 /// The figure that most probes of accelerators have.
@@ -85,7 +93,7 @@ pub(super) fn as_brute_force(found: usize) -> Figure {
 
 /// Rays aimed at vertices, edges and insides, from outside, inside and from vertices; along
 /// axes with zeros of both signs, in planes of the grid, and with ends at and just before a hit.
-pub(super) fn rays_at(triangles: &[Triangle], n: usize, rng: &mut Rng) -> Vec<Ray> {
+pub(crate) fn rays_at(triangles: &[Triangle], n: usize, rng: &mut Rng) -> Vec<Ray> {
     let bounds = Aabb::of_points(triangles.iter().flatten().copied());
     let (center, size) = (bounds.center(), bounds.diagonal());
     let mut rays = Vec::new();

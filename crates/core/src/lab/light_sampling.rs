@@ -13,7 +13,6 @@ use crate::integrator::power_heuristic;
 use crate::light::Lights;
 use crate::math::Ray;
 use crate::sampler::Dim;
-use crate::shape::Quad;
 
 /// A square light of edge 1 around the origin that shines towards +z.
 const SQUARE: &str = "[-0.5, -0.5, 0], [0.5, -0.5, 0], [0.5, 0.5, 0], [-0.5, 0.5, 0]";
@@ -297,20 +296,36 @@ pub(super) fn measures() -> Vec<Figure> {
     ]
 }
 
+/// Choices, of those at the ends of the range, of a lamp that has no area in f32, alone or beside
+/// one that has.
+fn without_area() -> usize {
+    let minute = quad(
+        "lamp",
+        "[0, 0, 0], [1e-25, 0, 0], [1e-25, 1e-25, 0], [0, 1e-25, 0]",
+    );
+    let beside = "[1, 0, 0], [2, 0, 0], [2, 1, 0], [1, 1, 0]";
+    let chosen = |shapes: String| {
+        let scene = lamps(&shapes);
+        let sample = |u| {
+            scene
+                .lights()
+                .sample(Vec3::new(0.1, 0.2, 1.0), || u, || [u; 2])
+        };
+        let drawn = [0.0, 0.5, LAST].into_iter().filter_map(sample);
+        drawn.filter(|sample| sample.prim == 0).count()
+    };
+    chosen(minute.clone()) + chosen(minute + &quad("lamp", beside))
+}
+
 pub(super) fn powers() -> Vec<Figure> {
-    // Unit squares side by side, all the same but for their power.
+    // Triangles side by side, all the same but for their power.
     let n = 1_000_000u32;
-    let square = |i: u32| {
+    let triangle = |i: u32| {
         let corner = |x: u32, y: f32| Vec3::new((i + x) as f32, y, 0.0);
-        Quad::new([
-            corner(0, 0.0),
-            corner(1, 0.0),
-            corner(1, 1.0),
-            corner(0, 1.0),
-        ])
+        [corner(0, 0.0), corner(1, 0.0), corner(1, 1.0)]
     };
     let primitives = Primitives {
-        quads: (0..n).map(square).collect(),
+        triangles: (0..n).map(triangle).collect(),
         ..Primitives::default()
     };
     let lights = |powers: &[f64]| {
@@ -326,7 +341,7 @@ pub(super) fn powers() -> Vec<Figure> {
         nothing.iter().any(|lights| lights.pick(|| **u).is_some())
             || extreme.pick(|| **u).is_none_or(|(_, p)| !(p > 0.0))
     });
-    let wrong = wrong.count();
+    let wrong = wrong.count() + without_area();
 
     let power = |i: usize| 0.1 + (i % 7) as f64;
     let powers: Vec<f64> = (0..n as usize).map(power).collect();
@@ -370,7 +385,7 @@ pub(super) fn powers() -> Vec<Figure> {
             },
         },
         Figure {
-            what: "choices without a light, or of one without power",
+            what: "choices without a light, or of one without power or area",
             naive: None,
             lightbox: wrong as f64,
             bound: Bound::Exactly(0.0),

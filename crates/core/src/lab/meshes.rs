@@ -256,12 +256,18 @@ fn no_area() -> Vec<Figure> {
     let table = [
         (
             "f 1 2 3\nf 1\nf\nf 1 2",
-            Loads(0.5, "faces of fewer than three"),
+            Loads(
+                0.5,
+                "faces of fewer than three corners have no area; skipped (3 times)",
+            ),
         ),
-        ("l 1 2\np 1\nf 1 2 3", Loads(0.5, "points and lines")),
+        (
+            "l 1 2\np 1\nf 1 2 3",
+            Loads(0.5, "points and lines have no area; skipped (2 times)"),
+        ),
         (
             "f 1 1 1\nf 1 2 3\nf 1 2 1 2\nf 1 2 2",
-            Loads(0.5, "faces without area"),
+            Loads(0.5, "faces without area are skipped (3 times)"),
         ),
     ];
     let degenerate = ["f 1", "l 1 2", "f 1 1 1"].iter().filter(|text| {

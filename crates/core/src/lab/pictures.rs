@@ -15,7 +15,7 @@ use crate::math::{Aabb, Ray};
 use crate::sampler::{Dim, Sampler};
 use crate::scene::load;
 use crate::settings::AccelKind;
-use crate::shape::{Sphere, unit_normal};
+use crate::shape::{Sphere, triangle_normal};
 use crate::{Camera, Image, SamplerKind};
 
 /// Edge of a picture, pixels.
@@ -199,7 +199,7 @@ fn straight([x, y]: [f32; 2], span: f32, zero: f32) -> Ray {
 fn face(triangles: &[Triangle], id: usize, ray: &Ray) -> Vec3 {
     let [a, b, c] = triangles[id];
     let tint = Vec3::new(1.0, 0.9, 0.8) - 0.25 * (id % 2) as f32;
-    lit(unit_normal(b - a, c - a), ray) * tint
+    lit(triangle_normal([a, b, c]), ray) * tint
 }
 
 /// T02: a grid of squares, each two triangles, with rays exactly on edges and diagonals.
@@ -302,7 +302,7 @@ pub(super) fn sliver(side: Side) -> Image {
     let along = along.normalize();
     let across = along.cross(Vec3::Z).normalize();
     let triangle = [a, a + 11.2 * along, a + 9.75 * along + 0.03 * across];
-    let n = unit_normal(triangle[1] - a, triangle[2] - a);
+    let n = triangle_normal(triangle);
     let dir = (across - 0.0009 * n).normalize();
     let up = dir.cross(along);
     let bounds = Aabb::of_points(triangle);

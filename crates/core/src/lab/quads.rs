@@ -6,13 +6,14 @@ use glam::Vec3;
 
 use super::input::{NOTHING, cast, toward};
 use super::random::Rng;
-use super::{Bound, Case, Check, Figure, pictures};
-use crate::Scene;
-use crate::geometry::{Geometry, Primitives};
-use crate::math::Ray;
+use super::stats::{Comparisons, Replicates};
+use super::{Bound, Case, Check, Figure, pictures, trial};
+use crate::geometry::{Geometry, Primitives, SurfacePoint};
+use crate::math::{Frame, Ray, warp};
 use crate::scene::{MaterialDesc, QuadDesc, SceneDesc, SceneError, Source};
-use crate::settings::AccelKind;
+use crate::settings::{AccelKind, UNLIMITED};
 use crate::shape::Quad;
+use crate::{Method, Scene};
 
 pub(super) const CASES: &[Case] = &[
     Case {
@@ -196,7 +197,7 @@ fn cornell() -> Vec<Figure> {
     let naive = |ray: &&Ray| quads.iter().all(|q| naive_quad(*q, ray).is_none());
     let [a, b, c, d] = quads[4];
     let gap = ((a - b) + (c - d)).length();
-    vec![
+    let mut figures = vec![
         Figure {
             what: "corner of the left wall off a parallelogram, units",
             naive: None,
@@ -215,7 +216,47 @@ fn cornell() -> Vec<Figure> {
             Some(rays.iter().filter(naive).count()),
             escaped,
         ),
-    ]
+    ];
+    figures.extend(cornell_furnace().figures(
+        "deviation from 2 of the box whose walls emit 1 and reflect ½, critical distances",
+        None,
+        0.05,
+    ));
+    figures
+}
+
+/// The closed box with walls that emit 1 and reflect ½, which shows 2 everywhere.
+fn cornell_furnace() -> Comparisons {
+    let corners = |face: [Vec3; 4]| {
+        face.map(|p| format!("[{}, {}, {}]", p.x, p.y, p.z))
+            .join(", ")
+    };
+    let walls: String = cornell_faces()
+        .map(|face| trial::quad("wall", &corners(face)))
+        .concat();
+    let scene = trial::scene(&format!(
+        "{walls}
+[camera]
+eye = [278, 273, 50]
+target = [400, 200, 300]
+fov = 90
+[render]
+width = 8
+height = 8
+[[material]]
+name = 'wall'
+albedo = [0.5, 0.5, 0.5]
+emission = [1, 1, 1]
+"
+    ));
+    let mut comparisons = Comparisons::default();
+    for method in Method::ALL {
+        let means = trial::replicates(&scene, |s| {
+            (s.method, s.samples, s.depth) = (*method, 50, UNLIMITED);
+        });
+        comparisons.mean(&means, 2.0);
+    }
+    comparisons
 }
 
 fn cube() -> Vec<Figure> {
@@ -229,11 +270,47 @@ fn cube() -> Vec<Figure> {
         let geometry = geometry(&faces, *accel);
         rays.iter().filter(|r| cast(&geometry, r).is_none()).count()
     };
-    vec![Figure::none(
+    let mut figures = vec![Figure::none(
         "rays of 100000 that escape",
         Some(naive.count()),
         AccelKind::ALL.iter().map(escaped).sum(),
-    )]
+    )];
+    figures.extend(view_factors(&faces).figures(
+        "largest deviation of view factors, ΣF = 1 among them, critical distances",
+        None,
+        0.05,
+    ));
+    figures
+}
+
+/// View factors of the first face: 0.1998249 to the one opposite, 0.2000438 to the four at its
+/// sides (Howell, C-11 and C-14), none to itself, 1 to all.
+fn view_factors(faces: &[[Vec3; 4]; 6]) -> Comparisons {
+    let geometry = geometry(faces, AccelKind::Auto);
+    let first = geometry.primitives().quads[0];
+    let frame = Frame::around(first.normal());
+    let share = |counts: &dyn Fn(Option<u32>) -> bool, seed: u64| {
+        const RAYS: u32 = 8192;
+        let mut rng = Rng::new(seed);
+        let mut seen = 0u32;
+        for _ in 0..RAYS {
+            let point = SurfacePoint::of_quad(&first, rng.unit(), rng.unit());
+            let w = warp::cosine_hemisphere([rng.unit(), rng.unit()]);
+            let w = frame.world_from_local(w).normalize();
+            let hit = cast(&geometry, &Ray::new(point.leave(w), w));
+            seen += u32::from(counts(hit.map(|hit| hit.prim)));
+        }
+        f64::from(seen) / f64::from(RAYS)
+    };
+    let mut comparisons = Comparisons::default();
+    for face in 1..6 {
+        let estimates = Replicates::of(|seed| share(&|id| id == Some(face), seed));
+        let truth = if face == 1 { 0.199_824_9 } else { 0.200_043_8 };
+        comparisons.mean(&estimates, truth);
+    }
+    let all = Replicates::of(|seed| share(&|id| id.is_some_and(|id| id != 0), seed));
+    comparisons.mean(&all, 1.0);
+    comparisons
 }
 
 fn diagonal() -> Vec<Figure> {

@@ -8,7 +8,7 @@ use super::{Bound, Case, Check, Figure, streams};
 use crate::sampler::{Dim, Sampler, unit_f32};
 use crate::scene::CameraDesc;
 use crate::settings::MAX_SIZE;
-use crate::{Camera, Filter, SamplerKind};
+use crate::{Camera, Filter, FilterKind, SamplerKind};
 
 pub(super) const CASES: &[Case] = &[
     Case {
@@ -121,7 +121,9 @@ fn pixel_edge() -> Vec<Figure> {
         ..CameraDesc::default()
     };
     let filter = crate::filter::FilterSampler::new(Filter::default());
-    let (mut outside, mut outside_naive) = (0.0f64, 0u32);
+    let unit = crate::filter::FilterSampler::new(Filter::new(FilterKind::Box));
+    let (mut missed, mut missed_naive) = (0u32, 0u32);
+    let mut outside = 0.0f64;
     for width in [2, 1024, MAX_SIZE] {
         let Ok(camera) = Camera::new(&desc, width, 4) else {
             return Vec::new();
@@ -137,16 +139,28 @@ fn pixel_edge() -> Vec<Figure> {
                 // f32 tells directions apart to about an ulp of their slope.
                 let ulp = f64::from(width).max(1.0) * f64::from(f32::EPSILON);
                 outside = outside.max(beyond / ulp);
-                outside_naive += u32::from((x as f32 + u) as u32 != x);
+                // Pixel and offset of a filter of one pixel, added where nothing is rounded.
+                let (offset, _) = unit.sample([u, 0.5]);
+                let position = f64::from(x) + 0.5 + f64::from(offset[0]);
+                missed += u32::from(position.floor() != f64::from(x));
+                missed_naive += u32::from((x as f32 + u) as u32 != x);
             }
         }
     }
-    vec![Figure {
-        what: "how far rays miss their own pixel, ulp of the position (naive: samples that do)",
-        naive: Some(outside_naive.into()),
-        lightbox: outside,
-        bound: Bound::AtMost(4.0),
-    }]
+    vec![
+        Figure {
+            what: "samples of 27 that are not in their pixel",
+            naive: Some(missed_naive.into()),
+            lightbox: missed.into(),
+            bound: Bound::Exactly(0.0),
+        },
+        Figure {
+            what: "how far their rays miss it in f32, ulp of the position",
+            naive: None,
+            lightbox: outside,
+            bound: Bound::AtMost(4.0),
+        },
+    ]
 }
 
 /// Intervals of area 2⁻ᵏ without exactly one of 2ᵏ points.

@@ -6,22 +6,30 @@ use super::input::toward;
 use super::naive::{self, Edges};
 use super::random::Rng;
 use super::triangles::{CORNER, hit};
-use super::{Figure, quads};
+use super::{Bound, Figure, quads};
 use crate::geometry::SurfacePoint;
 use crate::math::Ray;
-use crate::shape::{ShearedRay, unit_normal};
+use crate::shape::{ShearedRay, triangle_normal};
 
 pub(super) fn degenerate() -> Vec<Figure> {
     // From pbrt's tests.
     let [x, z] = [-1_113.454_6, -56.243_19];
     let line = [-79.049_614, -87.092_27, -79.209_015].map(|y| Vec3::new(x, y, z));
     let d = DVec3::new(-32.107_299_8, -183.355_865, -144.607_635);
-    let ray = Ray {
+    // As it stands there, and with a direction of unit length.
+    let given = Ray {
         origin: Vec3::new(-1_081.479_2, 99.999_954, 87.770_11),
+        dir: d.as_vec3(),
+        t_max: 0.9999,
+    };
+    let unit = Ray {
         dir: d.normalize().as_vec3(),
         t_max: (0.9999 * d.length()) as f32,
+        ..given
     };
-    let known = usize::from(hit(line, &ray).is_some());
+    let known = [given, unit]
+        .into_iter()
+        .filter(|ray| hit(line, ray).is_some());
     let mut rng = Rng(7);
     let mut hits = [0; 2];
     for i in 0..100_000 {
@@ -44,7 +52,7 @@ pub(super) fn degenerate() -> Vec<Figure> {
         hits[1] += usize::from(hit(triangle, &ray).is_some());
     }
     vec![
-        Figure::none("hits of pbrt's collinear triangle", None, known),
+        Figure::none("hits of pbrt's collinear triangle", None, known.count()),
         Figure::none(
             "hits of 100000 random triangles without area",
             Some(hits[0]),
@@ -54,9 +62,9 @@ pub(super) fn degenerate() -> Vec<Figure> {
 }
 
 pub(super) fn minute() -> Vec<Figure> {
-    let edges = [1e-12f32, 1e-16, 1e-20, 1e-23];
     let (mut lost, mut lost_naive) = (0, 0);
-    for e in edges {
+    for power in 12..=23 {
+        let e = libm::pow(10.0, -f64::from(power)) as f32;
         let triangle = CORNER.map(|p| p * e);
         let ray = Ray::new(Vec3::new(0.25 * e, 0.25 * e, -1.0), Vec3::Z);
         lost += usize::from(hit(triangle, &ray) != Some(1.0));
@@ -65,7 +73,7 @@ pub(super) fn minute() -> Vec<Figure> {
     let differing = scaled((-80, 20));
     vec![
         Figure::none(
-            "triangles of edge 10⁻¹², 10⁻¹⁶, 10⁻²⁰, 10⁻²³ missed from 1 away",
+            "triangles of 12, of edge 10⁻¹² to 10⁻²³, missed from 1 away",
             Some(lost_naive),
             lost,
         ),
@@ -133,10 +141,27 @@ pub(super) fn huge() -> Vec<Figure> {
     ]
 }
 
+/// Distance of a ray from each edge of a triangle, in f64, as seen along the ray: all of one sign
+/// where the ray passes within.
+fn heights_over_edges(triangle: [Vec3; 3], ray: &Ray) -> [f64; 3] {
+    let d = ray.dir.as_dvec3().normalize();
+    let seen = triangle.map(|v| {
+        let v = v.as_dvec3() - ray.origin.as_dvec3();
+        v - v.dot(d) * d
+    });
+    [0, 1, 2].map(|i| {
+        let (p, q) = (seen[i], seen[(i + 1) % 3]);
+        p.cross(q).dot(d) / (q - p).length()
+    })
+}
+
 pub(super) fn slivers() -> Vec<Figure> {
+    // What rounding moves vertices by that are within 600 of the origin of a ray.
+    let ulp = 600f32.next_up() - 600.0;
     let mut rng = Rng(9);
-    let mut outside = [0; 2];
-    for _ in 0..100_000 {
+    let (mut outside, mut worst) = ([0; 2], 0.0f64);
+    let (mut within, mut lost) = (0, 0);
+    for i in 0..100_000 {
         // Edges of about 11.2, 9.7 and 1.4, all vertices within 600.
         let (a, along) = (300.0 * rng.cube(), rng.direction());
         let triangle = [
@@ -144,28 +169,61 @@ pub(super) fn slivers() -> Vec<Figure> {
             a + 11.2 * along,
             a + 9.75 * along + 0.3 * rng.unit() * rng.cube(),
         ];
-        let n = unit_normal(triangle[1] - a, triangle[2] - a);
-        let target = a.lerp(triangle[1], rng.unit());
+        let n = triangle_normal(triangle);
+        let target = if i % 2 == 0 {
+            a.lerp(triangle[1], rng.unit())
+        } else {
+            rng.point_of(triangle)
+        };
         // Half a degree off the plane.
         let d = (along.cross(n) + rng.unit() * along).normalize() - 0.009 * n;
         let ray = Ray::new(target - 300.0 * d, d.normalize());
         let bounds = crate::math::Aabb::of_points(triangle);
         let strays = |t: Option<f32>| {
             t.is_some_and(|t| {
-                let p = ray.at(t);
-                let slack = 64.0 * f32::EPSILON * 600.0;
+                let (p, slack) = (ray.at(t), 4.0 * ulp);
                 !(p.cmpge(bounds.min - slack).all() && p.cmple(bounds.max + slack).all())
             })
         };
         let naive = naive::triangle(triangle, &ray, Edges::Closed);
         outside[0] += usize::from(strays(naive));
-        outside[1] += usize::from(strays(hit(triangle, &ray)));
+        let found = ShearedRay::new(&ray).triangle(triangle, f32::INFINITY);
+        outside[1] += usize::from(strays(found.map(|hit| hit.t)));
+        if let Some(hit) = found {
+            // The ray's point, and the triangle's that it is said to be.
+            let at = ray.origin.as_dvec3() + f64::from(hit.t) * ray.dir.as_dvec3();
+            let [a, b, c] = triangle.map(|v| v.as_dvec3());
+            let (b1, b2) = (f64::from(hit.b1), f64::from(hit.b2));
+            let error = (at - (a + b1 * (b - a) + b2 * (c - a))).length() / f64::from(ulp);
+            worst = worst.max(error);
+        }
+        let heights = heights_over_edges(triangle, &ray);
+        let inside = |sign: f64| heights.iter().all(|h| sign * h > 4.0 * f64::from(ulp));
+        if inside(1.0) || inside(-1.0) {
+            within += 1;
+            lost += usize::from(found.is_none());
+        }
     }
-    vec![Figure::none(
-        "hits by 100000 rays that are outside the triangle's box",
-        Some(outside[0]),
-        outside[1],
-    )]
+    vec![
+        Figure::none(
+            "hits by 100000 rays that are outside the triangle's box",
+            Some(outside[0]),
+            outside[1],
+        ),
+        Figure::at_most(
+            "largest distance between the ray's point and the triangle's, ulp of 600",
+            None,
+            worst,
+            4.0,
+        ),
+        Figure::none("rays lost that pass within by more, in f64", None, lost),
+        Figure {
+            what: "rays that do",
+            naive: None,
+            lightbox: f64::from(within),
+            bound: Bound::AtLeast(10_000.0),
+        },
+    ]
 }
 
 pub(super) fn leaving() -> Vec<Figure> {

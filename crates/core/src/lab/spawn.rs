@@ -62,7 +62,7 @@ pub(super) const CASES: &[Case] = &[
         id: "I06",
         title: "a floor at 0",
         failure: "An ulp of 0 is 10⁻⁴⁵: a start that is moved by ulps does not move.",
-        cure: "A hit has to be further than the error of its t, so nothing has to move.",
+        cure: "A point in the plane is in it exactly; f64 sees that the plane is not ahead.",
         check: Check::Probe(floor_at_zero),
         scene: None,
         picture: None,

@@ -3,7 +3,9 @@
 use glam::Vec3;
 
 use super::stats::Comparisons;
-use super::trial::{LAST, numbers, one_pixel, path, picture, quad, replicates, scene, view};
+use super::trial::{
+    LAST, is_accepted, numbers, one_pixel, path, picture, quad, replicates, scene, view,
+};
 use super::{Bound, Figure};
 use crate::bsdf::{Bsdf, fresnel};
 use crate::integrator::power_heuristic;
@@ -52,6 +54,7 @@ pub(super) fn fresnel_angles() -> Vec<Figure> {
     let reflected = |degrees: f64| fresnel((critical + degrees.to_radians()).cos() as f32, 1.5).0;
     let wrong_side = u8::from(reflected(-1e-3) >= 1.0) + u8::from(reflected(1e-3) != 1.0);
     let (mut invalid, mut invalid_naive, mut worst_snell) = (0u32, 0u32, 0.0f64);
+    let mut lossy = 0u32;
     let cosines = [0.0, 1e-7, 0.3, (1.0f32 - 1.0 / 2.25).sqrt(), 1.0];
     for (cos, eta) in cosines
         .iter()
@@ -72,15 +75,18 @@ pub(super) fn fresnel_angles() -> Vec<Figure> {
                 Some(s) => invalid += u32::from(!s.wi.is_finite()),
                 None => invalid += 1,
             }
+            // Either lobe is taken with its share and carries all: R + T = 1.
+            for choice in [0.0, LAST] {
+                let s = Bsdf::Glass(1.5).sample(wo, Vec3::Z, front, || choice, || [0.5; 2]);
+                lossy += u32::from(s.is_none_or(|s| s.weight != Vec3::ONE));
+            }
         }
     }
     let indices = [0.0, 1e-3, f32::NAN, f32::INFINITY, -1.5];
     let accepted = indices.iter().filter(|n| {
-        let text = format!("[[material]]\nname = 'g'\nglass = {n:?}\n");
-        let path = std::path::Path::new("lab.toml");
-        crate::scene::parse(&text, path)
-            .and_then(|desc| crate::scene::Source::from_desc(desc, path).build(&|_| ()))
-            .is_ok()
+        // TOML spells it nan.
+        let n = format!("{n:?}").to_lowercase();
+        is_accepted(&format!("[[material]]\nname = 'g'\nglass = {n}\n"))
     });
     let accepted = accepted.count();
     let mut slab = Comparisons::default();
@@ -109,6 +115,21 @@ pub(super) fn fresnel_angles() -> Vec<Figure> {
             what: "reflectances that are not from 0 to 1",
             naive: Some(invalid_naive.into()),
             lightbox: invalid.into(),
+            bound: Bound::Exactly(0.0),
+        },
+        Figure {
+            what: "lobes of glass whose weight is not 1",
+            naive: None,
+            lightbox: lossy.into(),
+            bound: Bound::Exactly(0.0),
+        },
+        Figure {
+            what: "largest reflectance where both indices are the same",
+            naive: None,
+            lightbox: [1e-7, 1e-3, 0.3, 1.0]
+                .map(|cos| f64::from(fresnel(cos, 1.0).0))
+                .into_iter()
+                .fold(0.0, f64::max),
             bound: Bound::Exactly(0.0),
         },
         Figure {

@@ -119,7 +119,7 @@ fn firefly() -> Vec<Figure> {
         bound: Bound::Within {
             truth,
             // The pixel is read as f32, of which half an ulp counts 20 001 times.
-            tolerance: 20_001.0 * 50.0 * f64::from(f32::EPSILON / 2.0),
+            tolerance: 20_001.0 * f64::from(50f32.next_up() - 50.0) / 2.0,
         },
     }]
 }

@@ -109,7 +109,7 @@ fn t_junction() -> Vec<Figure> {
         "leaks per million rays over the surface",
         None,
         lost as f64,
-        100.0,
+        99.0,
     )]
 }
 

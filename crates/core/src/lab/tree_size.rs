@@ -52,11 +52,19 @@ pub(super) fn needle_budget() -> Vec<Figure> {
     let many = needles(10_000, 500.0, &mut rng);
     let few: Vec<Triangle> = many[..1500].to_vec();
     let dense = needles(1500, 10.0, &mut rng);
-    let found = [few, dense]
+    let found: usize = [few, dense]
         .iter()
         .map(|n| differences(n, &rays_at(n, 2000, &mut rng)))
         .sum();
     let halved = naive::Tree::of(&many, 14).references() as f64 / many.len() as f64;
+    // A teapot in a stadium: a detailed mesh in a box a thousand times as large.
+    let mut stadium = icosphere(4);
+    for face in super::quads::cube_faces() {
+        let [a, b, c, d] = face.map(|p| 1e3 * p);
+        stadium.extend([[a, b, c], [a, c, d]]);
+    }
+    let mut rays = rays_at(&stadium, 400, &mut rng);
+    rays.extend(rays_at(&stadium[..5120], 400, &mut rng));
     vec![
         Figure::at_most(
             "references per needle (naive: halving 14 times)",
@@ -64,7 +72,13 @@ pub(super) fn needle_budget() -> Vec<Figure> {
             references_per_triangle(&many),
             16.0,
         ),
-        as_brute_force(found),
+        Figure::at_most(
+            "references per triangle of a mesh in a box a thousand times as large",
+            None,
+            references_per_triangle(&stadium),
+            16.0,
+        ),
+        as_brute_force(found + differences(&stadium, &rays)),
     ]
 }
 
@@ -82,14 +96,18 @@ pub(super) fn growth() -> Vec<Figure> {
         });
         (clips.into_inner() as f64, tree.stats().nodes as f64)
     };
-    let (small, large) = (work(5), work(6));
+    let all = [2, 3, 4, 5, 6].map(work);
+    let steepest = |part: fn(&(f64, f64)) -> f64| {
+        let growth = all.windows(2).map(|pair| part(&pair[1]) / part(&pair[0]));
+        growth.fold(0.0, f64::max)
+    };
     vec![
         Figure::at_most(
-            "clips for 81920 triangles over those for 20480",
+            "clips for four times as many triangles, from 320 to 81920, at most",
             Some(16.0), // O(N²)
-            large.0 / small.0,
+            steepest(|work| work.0),
             5.5,
         ),
-        Figure::at_most("nodes, likewise", None, large.1 / small.1, 5.5),
+        Figure::at_most("nodes, likewise", None, steepest(|work| work.1), 5.5),
     ]
 }

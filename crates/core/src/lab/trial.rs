@@ -24,10 +24,17 @@ pub const FLOOR: &str = "[-2, 0, 2], [2, 0, 2], [2, 0, -2], [-2, 0, -2]";
 
 /// Builds a scene from TOML text, which must be right.
 pub fn scene(text: &str) -> Arc<Scene> {
+    Arc::new(build(text).unwrap_or_else(|e| panic!("{e}")))
+}
+
+/// Whether a scene can be built from TOML text.
+pub fn is_accepted(text: &str) -> bool {
+    build(text).is_ok()
+}
+
+fn build(text: &str) -> Result<Scene, crate::scene::SceneError> {
     let path = std::path::Path::new("lab.toml");
-    let built = crate::scene::parse(text, path)
-        .and_then(|desc| Source::from_desc(desc, path).build(&|_| ()));
-    Arc::new(built.unwrap_or_else(|e| panic!("{e}")))
+    crate::scene::parse(text, path).and_then(|desc| Source::from_desc(desc, path).build(&|_| ()))
 }
 
 /// A built-in scene of the lab, by its name without folder and extension.

@@ -15,7 +15,7 @@ use crate::geometry::{Primitive, Primitives, SurfacePoint, SurfacePoints};
 use crate::math::{Floats, GROUP, Vectors, warp};
 use crate::planted::{self, Bug};
 use crate::sampler::{Dim, Samplers};
-use crate::shape::{Quad, Sphere, triangle_area, unit_normal};
+use crate::shape::{Quad, Sphere, triangle_area, triangle_normal};
 use cone::Cone;
 use rectangle::Rectangle;
 
@@ -69,7 +69,7 @@ impl Shape {
         match primitive {
             Primitive::Triangle(corners) => Self::Triangle {
                 corners,
-                n: unit_normal(corners[1] - corners[0], corners[2] - corners[0]),
+                n: triangle_normal(corners),
                 area: triangle_area(corners),
             },
             Primitive::Quad(quad) => match Rectangle::new(quad) {

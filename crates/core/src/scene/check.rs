@@ -5,6 +5,7 @@ use glam::Vec3;
 
 use super::desc::{MaterialDesc, MeshDesc, QuadDesc, SceneDesc, SphereDesc};
 use super::error::SceneError;
+use crate::accel::bvh::MAX_PRIMITIVES;
 use crate::suggest;
 
 /// Largest coordinate: beyond it, squares and products leave the range of f32.
@@ -12,6 +13,16 @@ pub(super) const COORDINATE_LIMIT: f32 = 1e18;
 
 /// Largest emission per channel, W/(m²·sr): what the film can sum up.
 pub(super) const EMISSION_LIMIT: f32 = 1e9;
+
+/// Whether nodes of accelerators can count so many primitives.
+pub(super) fn count(primitives: usize) -> Result<(), String> {
+    if primitives < MAX_PRIMITIVES {
+        return Ok(());
+    }
+    Err(format!(
+        "has {primitives} triangles, quads and spheres; use fewer than {MAX_PRIMITIVES}"
+    ))
+}
 
 /// Finds the first thing wrong with a description.
 pub(super) fn check(desc: &SceneDesc) -> Result<(), SceneError> {
@@ -217,4 +228,19 @@ fn check_mesh(m: &MeshDesc) -> Result<(), Fault> {
         return Err(("translate", "translate must be three finite numbers".into()));
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod test {
+    use super::*;
+
+    #[test]
+    fn more_primitives_than_nodes_can_count_are_refused() {
+        assert_eq!(count(0), Ok(()));
+        assert_eq!(count((1 << 28) - 1), Ok(()));
+        for too_many in [1 << 28, 1 << 31, usize::MAX] {
+            let problem = count(too_many).unwrap_err();
+            assert!(problem.contains("use fewer than 268435456"), "{problem}");
+        }
+    }
 }

@@ -92,9 +92,7 @@ impl Scene {
         progress(Phase::Reading);
         let meshes = known_meshes.complete(&desc, path)?;
         let (primitives, objects) = assemble::primitives(&desc, &meshes);
-        if primitives.len() > u32::MAX as usize / 2 {
-            return Err(SceneError::in_file(path, "has more than 2³¹ primitives"));
-        }
+        check::count(primitives.len()).map_err(|problem| SceneError::in_file(path, problem))?;
         progress(Phase::BuildingAccelerator(primitives.len()));
         let geometry = Arc::new(Geometry::build(primitives, desc.render.accel));
         let textures = assemble::Textures::default();

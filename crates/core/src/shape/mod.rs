@@ -7,7 +7,7 @@ mod runs;
 mod sphere;
 mod triangle;
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 pub use quad::Quad;
 pub use runs::TriangleRuns;
@@ -16,16 +16,22 @@ pub use sphere::Sphere;
 pub(crate) use triangle::edge;
 pub use triangle::{ShearedRay, TriangleHit};
 
-/// Unit vector along `e1 × e2`, computed in f64 so that neither tiny nor huge edges lose it.
+/// Unit vector along `e1 × e2`. In f64, edges too, so that neither tiny nor huge ones lose it, nor
+/// those of a triangle so thin that rounding of its edges in f32 would turn it.
 #[inline(always)]
-pub fn unit_normal(e1: Vec3, e2: Vec3) -> Vec3 {
-    e1.as_dvec3()
-        .cross(e2.as_dvec3())
-        .normalize_or_zero()
-        .as_vec3()
+pub fn unit_normal(e1: DVec3, e2: DVec3) -> Vec3 {
+    e1.cross(e2).normalize_or_zero().as_vec3()
+}
+
+/// Unit normal of the side from which a triangle's vertices run counter-clockwise.
+#[inline(always)]
+pub fn triangle_normal(triangle: [Vec3; 3]) -> Vec3 {
+    let [a, b, c] = triangle.map(|v| v.as_dvec3());
+    unit_normal(b - a, c - a)
 }
 
 /// Area of a triangle, square scene units.
-pub fn triangle_area([a, b, c]: [Vec3; 3]) -> f32 {
-    ((b - a).as_dvec3().cross((c - a).as_dvec3()).length() * 0.5) as f32
+pub fn triangle_area(triangle: [Vec3; 3]) -> f32 {
+    let [a, b, c] = triangle.map(|v| v.as_dvec3());
+    ((b - a).cross(c - a).length() * 0.5) as f32
 }

@@ -15,8 +15,8 @@ pub struct Quad {
 impl Quad {
     /// The parallelogram with these corners, in order around the edge.
     pub fn new(corners: [Vec3; 4]) -> Self {
-        let [a, b, c, d] = corners;
-        let area = (b - a).as_dvec3().cross((d - a).as_dvec3()).length() as f32;
+        let [a, b, c, d] = corners.map(|p| p.as_dvec3());
+        let area = (b - a).cross(d - a).length() as f32;
         Self {
             corners,
             normal: super::unit_normal(c - a, d - b),

@@ -19,6 +19,7 @@ use crate::math::Aabb;
 use node::{Link, Node, WIDTH};
 
 pub use build::Built;
+pub(crate) use node::MAX_PRIMITIVES;
 pub(crate) use packet::Packet;
 pub(crate) use stream::{SLOTS, Stream};
 pub(crate) use walk::Leaves;

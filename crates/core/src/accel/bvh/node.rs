@@ -26,7 +26,7 @@ pub(super) struct Node {
 pub(super) struct Link(pub u32);
 
 /// Exclusive bound on the primitives' number that a link has room for.
-pub(super) const MAX_PRIMITIVES: usize = 1 << 28;
+pub(crate) const MAX_PRIMITIVES: usize = 1 << 28;
 
 const LEAF: u32 = 1 << 31;
 
@@ -103,21 +103,29 @@ impl Node {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::lab::random::Rng;
+
+    #[test]
+    fn links_hold_as_many_primitives_as_are_allowed() {
+        for first in [0, 1, MAX_PRIMITIVES - 8, MAX_PRIMITIVES - 1] {
+            for count in 1..=8 {
+                let link = Link::to_leaf(first, count);
+                assert_eq!(link.inner(), None);
+                assert_eq!(link.leaf(), (first as u32, count as u32));
+            }
+        }
+    }
 
     #[test]
     fn boxes_hold_the_boxes_given() {
         assert_eq!(size_of::<Node>(), 256);
-        let mut state = 1u32;
-        let mut number = || {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (state >> 8) as f32 / (1 << 23) as f32 - 1.0
-        };
+        let mut rng = Rng(1);
         for round in 0..2000 {
             let (at, size) = (
                 [0.0, 1e3, -1e6][round % 3],
                 [1.0, 1e-4, 0.0, 1e12][round % 4],
             );
-            let mut point = || Vec3::new(number(), number(), number()) * size + at;
+            let mut point = || rng.cube() * size + at;
             let center = point();
             let boxes: Vec<Aabb> = (0..1 + round % 8)
                 .map(|_| Aabb::of_points([point(), point()]))
