@@ -62,7 +62,12 @@ pub fn lights(bytes: &[u8]) {
         // How far rounding moves the point, and on a sphere how far that turns the normal.
         let turn = match primitives.get(sample.prim) {
             Primitive::Sphere(sphere) => moved / f64::from(sphere.radius),
-            Primitive::Triangle(_) | Primitive::Quad(_) => 1e-6,
+            Primitive::Triangle(_) => 1e-6,
+            // Its corners are rounded, and its halves tilted against the whole.
+            Primitive::Quad(quad) => {
+                let tilt = quad.normal().as_dvec3().distance(sample.point.n.as_dvec3());
+                1e-6 + tilt
+            }
         };
         let error = turn * p.as_dvec3().distance(q) + moved;
         assert!(side > -error, "{}: from behind", what());
