@@ -3,7 +3,7 @@
 use glam::Vec3;
 use lightbox_core::geometry::{Primitive, Primitives};
 use lightbox_core::light::Lights;
-use lightbox_core::shape::{Quad, Sphere};
+use lightbox_core::shape::{Quad, Sphere, triangle_normal};
 
 use super::draw::Draw;
 
@@ -16,14 +16,12 @@ pub fn lights(bytes: &[u8]) {
         let [a, b, c] = [0; 3].map(|_| draw.point(16));
         match draw.below(4) {
             0 => primitives.triangles.push([a, b, c]),
-            1 => primitives.quads.push(Quad::new([a, b, c, a + (c - b)])),
+            1 => add(&mut primitives, [a, b, c, a + (c - b)]),
             2 => {
                 // A rectangle: what most lamps are.
                 let (x, y) = (draw.direction(), draw.coordinate(16));
                 let (x, y) = (x * draw.coordinate(16), x.any_orthonormal_vector() * y);
-                primitives
-                    .quads
-                    .push(Quad::new([a, a + x, a + x + y, a + y]));
+                add(&mut primitives, [a, a + x, a + x + y, a + y]);
             }
             _ => {
                 let radius = draw.coordinate(16).abs();
@@ -71,6 +69,19 @@ pub fn lights(bytes: &[u8]) {
         };
         let error = turn * p.as_dvec3().distance(q) + moved;
         assert!(side > -error, "{}: from behind", what());
+    }
+}
+
+/// Adds a quad, unless a half of it is a line: scenes have no such.
+fn add(primitives: &mut Primitives, corners: [Vec3; 4]) {
+    let quad = Quad::new(corners);
+    if quad
+        .triangles()
+        .map(triangle_normal)
+        .iter()
+        .all(|n| *n != Vec3::ZERO)
+    {
+        primitives.quads.push(quad);
     }
 }
 
