@@ -1,6 +1,6 @@
 //! Sampling of lights.
 
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use lightbox_core::geometry::{Primitive, Primitives};
 use lightbox_core::light::Lights;
 use lightbox_core::shape::{Quad, Sphere, triangle_normal};
@@ -103,8 +103,19 @@ fn check_on(shape: &Primitive, q: Vec3, error: f64, what: &dyn Fn() -> String) {
     assert!(off <= error, "{}: off by {off}", what());
 }
 
-fn off_plane([a, b, c]: [Vec3; 3], q: Vec3) -> f64 {
-    let [a, b, c, q] = [a, b, c, q].map(|p| p.as_dvec3());
-    let n = (b - a).cross(c - a).normalize_or_zero();
-    (q - a).dot(n).abs()
+/// From the vertex between the two shortest edges, whose cross product cancels least, and along
+/// the normal from the vertex next to `q`.
+fn off_plane(triangle: [Vec3; 3], q: Vec3) -> f64 {
+    let (corners, q) = (triangle.map(|p| p.as_dvec3()), q.as_dvec3());
+    let [a, b, c] = corners;
+    let edges = [(b - a, c - a), (c - b, a - b), (a - c, b - c)];
+    let length = |(e, f): &(DVec3, DVec3)| e.length() + f.length();
+    let least = |x: &(DVec3, DVec3), y: &(DVec3, DVec3)| length(x).total_cmp(&length(y));
+    let n = edges.into_iter().min_by(least).map(|(e, f)| e.cross(f));
+    let from = corners.map(|corner| q - corner);
+    let nearest = from
+        .into_iter()
+        .min_by(|x, y| x.length().total_cmp(&y.length()));
+    let n = n.unwrap_or_default().normalize_or_zero();
+    nearest.unwrap_or_default().dot(n).abs()
 }
