@@ -58,16 +58,17 @@ pub fn lights(bytes: &[u8]) {
         let q = sample.point.p.as_dvec3();
         let side = (p.as_dvec3() - q).dot(sample.point.n.as_dvec3());
         // How far rounding moves the point, and on a sphere how far that turns the normal.
-        let turn = match primitives.get(sample.prim) {
-            Primitive::Sphere(sphere) => moved / f64::from(sphere.radius),
-            Primitive::Triangle(_) => 1e-6,
-            // Its corners are rounded, and its halves tilted against the whole.
+        let (turn, off) = match primitives.get(sample.prim) {
+            Primitive::Sphere(sphere) => (moved / f64::from(sphere.radius), 0.0),
+            Primitive::Triangle(_) => (1e-6, 0.0),
+            // Its corners are rounded, and its halves off the whole and tilted against it.
             Primitive::Quad(quad) => {
                 let tilt = quad.normal().as_dvec3().distance(sample.point.n.as_dvec3());
-                1e-6 + tilt
+                let [a, b, c, d] = quad.corners();
+                (1e-6 + tilt, off_plane([a, b, c], d))
             }
         };
-        let error = turn * p.as_dvec3().distance(q) + moved;
+        let error = turn * p.as_dvec3().distance(q) + moved + off;
         assert!(side > -error, "{}: from behind", what());
     }
 }
