@@ -93,7 +93,7 @@ pub(super) fn as_brute_force(found: usize) -> Figure {
 
 /// Rays aimed at vertices, edges and insides, from outside, inside and from vertices; along
 /// axes with zeros of both signs, in planes of the grid, and with ends at and just before a hit.
-pub(crate) fn rays_at(triangles: &[Triangle], n: usize, rng: &mut Rng) -> Vec<Ray> {
+pub(super) fn rays_at(triangles: &[Triangle], n: usize, rng: &mut Rng) -> Vec<Ray> {
     let bounds = Aabb::of_points(triangles.iter().flatten().copied());
     let (center, size) = (bounds.center(), bounds.diagonal());
     let mut rays = Vec::new();

@@ -314,22 +314,26 @@ fn edge<L: Lanes>(p: [L; 3], q: [L; 3]) -> L {
 #[cfg(test)]
 mod test {
     use super::*;
-    use crate::lab::random::Rng;
     use crate::math::Ray;
     use crate::simd::{Kernel, Portable};
 
-    /// A number in [−1, 1), often coarse so that edges, vertices and planes are hit exactly.
-    fn number(rng: &mut Rng) -> f32 {
-        match rng.below(3) {
-            0 => rng.below(9) as f32 / 4.0 - 1.0,
-            _ => 2.0 * rng.unit() - 1.0,
+    /// Splitmix64 (Steele, Lea & Flood 2014), 24 bits as a number in [−1, 1), coarse so that
+    /// edges, vertices and planes are hit exactly.
+    fn number(state: &mut u64) -> f32 {
+        *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let x = (*state ^ (*state >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let x = (x ^ (x >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        let bits = (x ^ (x >> 31)) >> 40;
+        if bits.is_multiple_of(3) {
+            return (bits % 9) as f32 / 4.0 - 1.0;
         }
+        bits as f32 / (1 << 23) as f32 - 1.0
     }
 
     #[test]
     fn candidates_hold_every_hit_and_few_more() {
-        let mut rng = Rng(1);
-        let mut point = || Vec3::from_array([0; 3].map(|_| number(&mut rng)));
+        let mut state = 1;
+        let mut point = || Vec3::from_array([0; 3].map(|_| number(&mut state)));
         let triangles: Vec<[Vec3; 3]> = (0..36).map(|_| [point(), point(), point()]).collect();
         let runs = TriangleRuns::new(&[1, 2, 3, 4, 5, 6, 7, 8], 36, |i| {
             (triangles[i], i as u32 + 7)

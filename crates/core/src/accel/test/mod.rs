@@ -6,7 +6,7 @@ mod traverse;
 
 use glam::{DVec3, Vec3, Vec3Swizzles};
 
-pub(crate) use crate::lab::input::{Triangle, grid, meaningless, needles, rays_at};
+pub(crate) use crate::lab::input::{Triangle, grid, meaningless, needles};
 pub use crate::lab::random::Rng;
 
 use super::bvh::Leaves;
@@ -170,6 +170,57 @@ pub fn check(trees: &[Walker], triangles: &[Triangle], rays: &[Ray]) -> usize {
         hits += usize::from(found.is_some());
     }
     hits
+}
+
+/// Rays aimed at vertices, edges and insides, from outside, inside and from vertices; along
+/// axes, in planes, and with ends.
+pub fn rays_at(triangles: &[Triangle], n: usize, rng: &mut Rng) -> Vec<Ray> {
+    let bounds = Aabb::of_points(triangles.iter().flatten().copied());
+    let (center, size) = (bounds.center(), bounds.diagonal());
+    let aimed = |origin: Vec3, target: Vec3, t_max: f32| Ray {
+        origin,
+        dir: (target - origin).normalize_or(Vec3::X),
+        t_max,
+    };
+    let mut rays = Vec::new();
+    while rays.len() < n {
+        let triangle = triangles[rng.below(triangles.len())];
+        let target = match rng.below(3) {
+            0 => triangle[rng.below(3)],
+            1 => triangle[0].lerp(triangle[1], rng.unit()),
+            _ => rng.point_of(triangle),
+        };
+        let other = triangles[rng.below(triangles.len())];
+        let origin = match rng.below(4) {
+            0 => other[rng.below(3)],
+            1 => center + 3.0 * size * rng.cube(),
+            _ => center + 0.5 * size * rng.cube(),
+        };
+        let ray = aimed(origin, target, f32::INFINITY);
+        rays.push(ray);
+        // Through the target along an axis, with zeros of both signs.
+        let axis = Vec3::AXES[rng.below(3)] * [1.0, -1.0][rng.below(2)];
+        let along = Ray::new(target - size * axis, axis);
+        rays.push(along);
+        rays.push(Ray {
+            dir: axis.map(|x| if x == 0.0 { -0.0 } else { x }),
+            ..along
+        });
+        // One zero component: in a plane that vertices of a grid share.
+        let flat = (target - origin) * (Vec3::ONE - axis.abs());
+        rays.push(aimed(target - flat, target, f32::INFINITY));
+        // Ends at a hit, closed, and just before it.
+        let reach = (target - origin).length();
+        rays.push(Ray {
+            t_max: reach,
+            ..ray
+        });
+        rays.push(Ray {
+            t_max: reach.next_down(),
+            ..ray
+        });
+    }
+    rays
 }
 
 /// Random rays of all kinds against a scene; asserts that at least a tenth hit.

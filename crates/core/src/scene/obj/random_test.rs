@@ -5,10 +5,21 @@ use std::path::Path;
 use super::mtl_test::materials;
 use super::parse;
 use super::test::{assert_readable, assert_sound};
-use crate::lab::random::Rng;
+
+/// xorshift64*, to have the same texts every time.
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, n: usize) -> usize {
+        self.0 ^= self.0 >> 12;
+        self.0 ^= self.0 << 25;
+        self.0 ^= self.0 >> 27;
+        (self.0.wrapping_mul(0x2545_F491_4F6C_DD1D) >> 33) as usize % n
+    }
+}
 
 /// A text with some bytes replaced, removed, repeated or made of a record's own.
-fn mutate(seed: &str, random: &mut Rng) -> Vec<u8> {
+fn mutate(seed: &str, random: &mut Random) -> Vec<u8> {
     const PIECES: [&str; 24] = [
         "nan",
         "-",
@@ -61,7 +72,7 @@ fn random_texts_neither_panic_nor_make_unsound_meshes() {
         f -1 -2 -3 -4 -5 -6\nl 1 2\nusemtl c\nf 6 3 1 5 4\n";
     const MTL: &str = "newmtl a b\nKd .1 .2 .3\nKs 0.5\nillum 3\nNi 1.5\nmap_Kd -s 1 1 1 -bm 1 a b.png\n\
         newmtl c\nKe 1 2 3\nKd 1\nd .5\nillum 7\nNi 1.33\n";
-    let mut random = Rng(0x9E37_79B9_7F4A_7C15);
+    let mut random = Random(0x9E37_79B9_7F4A_7C15);
     let (mut meshes, mut libraries) = (0, 0);
     for _ in 0..20_000 {
         let bytes = mutate(OBJ, &mut random);
