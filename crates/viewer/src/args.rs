@@ -44,6 +44,34 @@ pub enum Command {
     Lab(LabArgs),
     /// Race methods against each other: error against time, and whether they agree
     Race(RaceArgs),
+    /// Find the cheapest settings that reach an error, or the best ones for some seconds
+    Advise(AdviseArgs),
+}
+
+/// Arguments of `lightbox advise`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = builtin_scenes(), group(clap::ArgGroup::new("goal").required(true).args(["error", "seconds"])))]
+pub struct AdviseArgs {
+    /// A .toml scene, an .obj mesh, a picture saved by lightbox, or a built-in scene
+    pub scene: PathBuf,
+    /// Relative error to reach, such as 0.01 for one per cent
+    #[arg(long, value_name = "E", allow_negative_numbers = true)]
+    pub error: Option<f64>,
+    /// Seconds of tracing to spend
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    pub seconds: Option<f64>,
+    /// Render as advised, and tell what came of it
+    #[arg(long)]
+    pub check: bool,
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+    /// Width and height in pixels
+    #[arg(long, value_name = "WxH", value_parser = size, help_heading = SETTINGS)]
+    pub size: Option<[u32; 2]>,
+    /// Worker threads [default: all]
+    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..))]
+    pub threads: Option<u16>,
 }
 
 /// Arguments of `lightbox render`. It stops at whichever of `--spp`, `--seconds` and `--noise` is

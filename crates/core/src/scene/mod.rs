@@ -237,6 +237,11 @@ impl Scene {
         &self.geometry
     }
 
+    /// Whether there is no light at all.
+    pub fn is_dark(&self) -> bool {
+        self.lights.is_empty() && self.desc.background == Vec3::ZERO
+    }
+
     /// The emitters.
     pub fn lights(&self) -> &Lights {
         &self.lights

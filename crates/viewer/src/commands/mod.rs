@@ -1,6 +1,7 @@
 //! The commands without a window. In: arguments. Out: files, one report for standard output, and
 //! an error of one line. Nothing here knows egui.
 
+pub mod advise;
 mod checkpoint;
 pub mod compare;
 pub mod info;
@@ -54,6 +55,7 @@ pub fn run(command: &Command) -> Result<Outcome, String> {
         Command::Compare(args) => compare::run(args).map(Outcome::done),
         Command::Lab(args) => lab::run(args),
         Command::Race(args) => race::run(args),
+        Command::Advise(args) => advise::run(args),
     }
 }
 

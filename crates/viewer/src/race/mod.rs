@@ -152,7 +152,7 @@ impl Contest {
         settings: RenderSettings,
         choice: &Choice,
     ) -> Result<Self, String> {
-        if scene.lights().is_empty() && scene.desc().background == glam::Vec3::ZERO {
+        if scene.is_dark() {
             return Err(format!(
                 "{}: nothing emits light, so there is no error to race for; give a material an emission, or set background",
                 scene.path().display()

@@ -1,5 +1,6 @@
 //! Acceptance tests of the command line, on the binary itself.
 
+mod advise;
 mod checkpoint;
 #[cfg(target_os = "linux")]
 mod interrupt;

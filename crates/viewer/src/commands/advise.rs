@@ -1,0 +1,493 @@
+//! `lightbox advise`: the cheapest settings that reach an error, or the best ones for some
+//! seconds, found by short trials.
+//!
+//! One setting after the other is tried in all its values while the rest stays at the best so far.
+//! Trials are small pictures of the same view, which take turns so that a busy machine is busy for
+//! all. What counts is the forecast from each trial's curve.
+
+use std::fmt::Write as _;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+use lightbox_core::compare::relative_square;
+use lightbox_core::filter::FilterKind;
+use lightbox_core::forecast::{Forecast, Goal, Mark, forecast};
+use lightbox_core::{
+    AccelKind, Film, Filter, Image, Method, RenderSettings, SamplerKind, Scene, SceneDesc, View,
+};
+
+use super::{Opened, Outcome, json_line, open, print_warnings};
+use crate::args::AdviseArgs;
+use crate::pace::{Limits, Progress};
+use crate::replay;
+
+/// Samples per pixel of a trial: doubled from one mark of its curve to the next.
+const MARKS: [u64; 5] = [4, 8, 16, 32, 64];
+
+/// About how long a trial takes, seconds.
+const TRIAL: f64 = 0.4;
+
+/// Another value must be better by this factor: less is noise.
+const CLEAR: f64 = 0.95;
+
+/// Light lost to depth may come to this share of the error.
+const LOSS: f64 = 0.1;
+
+/// Edge of the blocks whose means are compared to tell what a depth loses, pixels.
+const BLOCK: u32 = 8;
+
+/// Depths that are tried, if the scene's is greater.
+const DEPTHS: [u32; 8] = [2, 3, 4, 6, 8, 12, 16, 32];
+
+/// What a trial of some settings says of the whole picture.
+#[derive(Clone)]
+struct Trial {
+    settings: RenderSettings,
+    forecast: Forecast,
+    image: Image,
+}
+
+/// What was tried of one setting.
+struct Stage {
+    name: &'static str,
+    chosen: String,
+    /// Each value and what it comes to.
+    tried: Vec<(String, String)>,
+}
+
+struct Adviser {
+    scene: Arc<Scene>,
+    goal: Goal,
+    /// Pixels of the picture for each of a trial.
+    ratio: f64,
+    size: [u32; 2],
+    stages: Vec<Stage>,
+}
+
+/// Tries; returns the advice. The error is one line.
+pub fn run(args: &AdviseArgs) -> Result<Outcome, String> {
+    let (value, goal) = match (args.error, args.seconds) {
+        (Some(error), _) => (error, Goal::Noise(error)),
+        (_, seconds) => (
+            seconds.unwrap_or(0.0),
+            Goal::Seconds(seconds.unwrap_or(0.0)),
+        ),
+    };
+    if !(value > 0.0 && value.is_finite()) {
+        return Err(format!("{value}: cannot be reached; ask for more than 0"));
+    }
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(args.threads.map_or(0, usize::from))
+        .build()
+        .map_err(|e| format!("cannot start worker threads ({e})"))?;
+    pool.install(|| advise(args, goal))
+}
+
+fn advise(args: &AdviseArgs, goal: Goal) -> Result<Outcome, String> {
+    let Opened { scene, .. } = open(
+        &args.scene,
+        |desc| {
+            let render = &mut desc.render;
+            [render.width, render.height] = args.size.unwrap_or([render.width, render.height]);
+            render.problem().map_or(Ok(()), Err)
+        },
+        &|_| (),
+    )?;
+    print_warnings(&scene);
+    if scene.is_dark() {
+        return Err(format!(
+            "{}: nothing emits light, so every setting gives the same black picture; give a material an emission, or set background",
+            scene.path().display()
+        ));
+    }
+    let mut adviser = Adviser::new(scene, goal)?;
+    let best = adviser.try_all()?;
+    let scene = adviser.scene.clone();
+    let desc = SceneDesc {
+        render: RenderSettings {
+            samples: (best.forecast.samples.value.ceil() as u64).max(1),
+            width: scene.desc().render.width,
+            height: scene.desc().render.height,
+            ..best.settings
+        },
+        ..scene.desc().clone()
+    };
+    let command = replay::line(scene.path(), &desc, desc.render.samples);
+    let outcome = if args.check {
+        Some(check(scene, &desc, goal)?)
+    } else {
+        None
+    };
+    let report = if args.json {
+        json_line(&json(&adviser, &best, &command, outcome))?
+    } else {
+        text(&adviser, &best, &command, outcome)
+    };
+    Ok(Outcome { report, status: 0 })
+}
+
+impl Adviser {
+    fn new(scene: Arc<Scene>, goal: Goal) -> Result<Self, String> {
+        let desc = scene.desc();
+        let [width, height] = [desc.render.width, desc.render.height];
+        // How large a trial may be, from one sample of a small picture.
+        let small = |share: f64| {
+            [width, height].map(|n| ((f64::from(n) * share).ceil() as u32).clamp(1, n))
+        };
+        let pixels = f64::from(width) * f64::from(height);
+        let size = small((4096.0 / pixels).sqrt().min(1.0));
+        let settings = RenderSettings {
+            width: size[0],
+            height: size[1],
+            ..desc.render
+        };
+        let view = View::new(scene.clone(), &desc.camera, settings)?;
+        let begin = Instant::now();
+        let work = view.render(&view.film(), 2, &AtomicBool::new(false));
+        let cost = begin.elapsed().as_secs_f64() / work.paths as f64;
+        let fitting = TRIAL / (cost * MARKS[MARKS.len() - 1] as f64);
+        let size = small((fitting.max(1024.0) / pixels).sqrt().min(1.0));
+        Ok(Self {
+            ratio: pixels / (f64::from(size[0]) * f64::from(size[1])),
+            scene,
+            goal,
+            size,
+            stages: Vec::new(),
+        })
+    }
+
+    fn try_all(&mut self) -> Result<Trial, String> {
+        let own = self.scene.desc().render;
+        let mut candidates = Vec::new();
+        for method in Method::ALL {
+            for sampler in SamplerKind::ALL {
+                candidates.push(RenderSettings {
+                    method: *method,
+                    sampler: *sampler,
+                    ..own
+                });
+            }
+        }
+        let name = |s: &RenderSettings| format!("{} {}", s.method, s.sampler);
+        let best = self.stage("method, sampler", candidates, own, name)?;
+
+        let filters = FilterKind::ALL.map(Filter::new);
+        let filters = filters.into_iter().filter(|f| f.kind != own.filter.kind);
+        let with = |filter| RenderSettings {
+            filter,
+            ..best.settings
+        };
+        let candidates = std::iter::once(own.filter).chain(filters).map(with);
+        let name = |s: &RenderSettings| s.filter.to_string();
+        let best = self.stage("filter", candidates.collect(), best.settings, name)?;
+        let best = self.depth(best)?;
+
+        let with = |accel| RenderSettings {
+            accel,
+            ..best.settings
+        };
+        let candidates = AccelKind::ALL.iter().copied().map(with);
+        // Every primitive against every ray takes for ever where there are many.
+        let few = self.scene.geometry().primitives().len() <= 256;
+        let candidates = candidates.filter(|s| few || s.accel != AccelKind::Brute);
+        let name = |s: &RenderSettings| s.accel.to_string();
+        self.stage("accelerator", candidates.collect(), best.settings, name)
+    }
+
+    /// Tries some settings against each other; those in use stay unless others are clearly better.
+    fn stage(
+        &mut self,
+        name: &'static str,
+        candidates: Vec<RenderSettings>,
+        used: RenderSettings,
+        label: impl Fn(&RenderSettings) -> String,
+    ) -> Result<Trial, String> {
+        let trials = self.trials(&candidates)?;
+        let cost = |trial: &Trial| {
+            let handicap = if trial.settings == used { CLEAR } else { 1.0 };
+            handicap * self.cost(trial)
+        };
+        let best = trials.iter().min_by(|a, b| cost(a).total_cmp(&cost(b)));
+        let best = best.ok_or("nothing was tried")?.clone();
+        self.stages.push(Stage {
+            name,
+            chosen: label(&best.settings),
+            tried: trials
+                .iter()
+                .map(|trial| (label(&trial.settings), self.words(trial)))
+                .collect(),
+        });
+        Ok(best)
+    }
+
+    /// The least depth that loses little enough. Paths of one seed are the same but for where they
+    /// end, so that pictures of two depths differ by the light lost and next to no noise.
+    fn depth(&mut self, best: Trial) -> Result<Trial, String> {
+        let depths = DEPTHS.into_iter().filter(|d| *d < best.settings.depth);
+        let mut candidates: Vec<RenderSettings> = depths
+            .map(|depth| RenderSettings {
+                depth,
+                ..best.settings
+            })
+            .collect();
+        candidates.push(best.settings);
+        let trials = self.trials(&candidates)?;
+        let [.., full] = trials.as_slice() else {
+            return Ok(best);
+        };
+        let error = full.forecast.noise.map_or(0.0, |noise| noise.value);
+        let losses: Vec<f64> = trials.iter().map(|t| loss(&t.image, &full.image)).collect();
+        let fits = |(_, loss): &(&Trial, &f64)| **loss <= LOSS * error;
+        let chosen = trials.iter().zip(&losses).find(fits);
+        let chosen = chosen.map_or(full, |(trial, _)| trial).clone();
+        let label = |s: &RenderSettings| match s.depth {
+            lightbox_core::settings::UNLIMITED => "unlimited".to_owned(),
+            depth => depth.to_string(),
+        };
+        self.stages.push(Stage {
+            name: "depth",
+            chosen: label(&chosen.settings),
+            tried: trials
+                .iter()
+                .zip(&losses)
+                .map(|(trial, loss)| {
+                    let words = format!("{}, loses {:.2} %", self.words(trial), 100.0 * loss);
+                    (label(&trial.settings), words)
+                })
+                .collect(),
+        });
+        Ok(chosen)
+    }
+
+    /// Trials that take turns.
+    fn trials(&self, candidates: &[RenderSettings]) -> Result<Vec<Trial>, String> {
+        let desc = self.scene.desc();
+        let mut lanes = Vec::new();
+        for settings in candidates {
+            let mut desc = desc.clone();
+            desc.render.accel = settings.accel;
+            let begin = Instant::now();
+            let scene = if settings.accel == self.scene.desc().render.accel {
+                self.scene.clone()
+            } else {
+                Arc::new(self.scene.edit(desc, &|_| ()).map_err(|e| e.to_string())?)
+            };
+            let build = begin.elapsed().as_secs_f64();
+            let small = RenderSettings {
+                width: self.size[0],
+                height: self.size[1],
+                ..*settings
+            };
+            let view = View::new(scene, &self.scene.desc().camera, small)?;
+            // A tree that the scene does not have yet counts as time.
+            let start = Mark {
+                samples: 0,
+                seconds: build,
+                noise: None,
+            };
+            lanes.push((view.film(), view, vec![start], *settings));
+        }
+        for samples in MARKS {
+            for (film, view, marks, _) in &mut lanes {
+                let begin = Instant::now();
+                view.render(film, samples, &AtomicBool::new(false));
+                let before = marks.last().map_or(0.0, |m| m.seconds);
+                // Only tracing grows with the picture.
+                let seconds = before + self.ratio * begin.elapsed().as_secs_f64();
+                let noise = film.error().map(|e| e.noise());
+                marks.push(Mark {
+                    samples,
+                    seconds,
+                    noise,
+                });
+            }
+        }
+        let trial = |(film, _, mut marks, settings): (Film, View, Vec<Mark>, RenderSettings)| {
+            // A curve that has passed the goal foretells nothing: only what comes before it counts.
+            while marks.len() > 3 && marks.last().is_some_and(|mark| self.is_past(mark)) {
+                marks.pop();
+            }
+            Some(Trial {
+                settings,
+                forecast: forecast(&marks, self.goal)?,
+                image: film.develop(),
+            })
+        };
+        Ok(lanes.into_iter().filter_map(trial).collect())
+    }
+
+    fn is_past(&self, mark: &Mark) -> bool {
+        match self.goal {
+            Goal::Noise(goal) => mark.noise.is_some_and(|noise| noise < goal),
+            Goal::Seconds(goal) => mark.seconds > goal,
+            Goal::Samples(goal) => mark.samples > goal,
+        }
+    }
+
+    /// What is to be small.
+    fn cost(&self, trial: &Trial) -> f64 {
+        match self.goal {
+            Goal::Noise(_) => trial.forecast.seconds.value,
+            _ => trial.forecast.noise.map_or(f64::INFINITY, |n| n.value),
+        }
+    }
+
+    fn words(&self, trial: &Trial) -> String {
+        match self.goal {
+            Goal::Noise(_) => format!("{:.3} s", trial.forecast.seconds.value),
+            _ => format!("{:.3} %", 100.0 * self.cost(trial)),
+        }
+    }
+}
+
+/// Relative error of a picture against another, both averaged over blocks.
+fn loss(image: &Image, full: &Image) -> f64 {
+    let (mut sum, mut blocks) = (0.0, 0.0);
+    for y in (0..full.height).step_by(BLOCK as usize) {
+        for x in (0..full.width).step_by(BLOCK as usize) {
+            let mean = |image: &Image| {
+                let mut sum = glam::Vec3::ZERO;
+                let mut pixels = 0.0;
+                for row in y..(y + BLOCK).min(full.height) {
+                    for column in x..(x + BLOCK).min(full.width) {
+                        sum += image.pixels[(row * full.width + column) as usize];
+                        pixels += 1.0;
+                    }
+                }
+                sum / pixels
+            };
+            sum += relative_square(mean(image), mean(full));
+            blocks += 3.0;
+        }
+    }
+    f64::sqrt(sum / blocks)
+}
+
+/// Renders as advised; returns samples, seconds and error.
+fn check(scene: Arc<Scene>, desc: &SceneDesc, goal: Goal) -> Result<(u64, f64, f64), String> {
+    let mut with = scene.desc().clone();
+    with.render.accel = desc.render.accel;
+    let scene = Arc::new(scene.edit(with, &|_| ()).map_err(|e| e.to_string())?);
+    let view = View::new(scene, &desc.camera, desc.render)?;
+    let limits = match goal {
+        Goal::Noise(noise) => Limits {
+            noise: Some(noise),
+            ..Limits::default()
+        },
+        Goal::Seconds(seconds) => Limits {
+            seconds: Some(seconds),
+            ..Limits::default()
+        },
+        Goal::Samples(samples) => Limits {
+            samples: Some(samples),
+            ..Limits::default()
+        },
+    };
+    let (film, mut progress) = (view.film(), Progress::default());
+    while let Ok(target) = limits.next(&progress) {
+        let begin = Instant::now();
+        view.render(&film, target, &AtomicBool::new(false));
+        progress.seconds += begin.elapsed().as_secs_f64();
+        progress.samples = film.samples();
+        if progress.samples >= progress.next_check {
+            progress.checked(film.error().map(|e| e.noise()));
+        }
+    }
+    let error = film.error().map_or(0.0, |e| e.noise());
+    Ok((progress.samples, progress.seconds, error))
+}
+
+fn text(
+    adviser: &Adviser,
+    best: &Trial,
+    command: &str,
+    outcome: Option<(u64, f64, f64)>,
+) -> String {
+    let mut text = String::new();
+    let width = adviser
+        .stages
+        .iter()
+        .map(|s| s.name.len())
+        .max()
+        .unwrap_or(0);
+    for stage in &adviser.stages {
+        let tried: Vec<String> = stage
+            .tried
+            .iter()
+            .map(|(v, w)| format!("{v} {w}"))
+            .collect();
+        // Writing to a string cannot fail.
+        let _ = writeln!(
+            text,
+            "{:width$}  {} ({})",
+            stage.name,
+            stage.chosen,
+            tried.join("; ")
+        );
+    }
+    let f = &best.forecast;
+    let noise = f.noise.map_or_else(String::new, |n| {
+        format!(
+            ", error {:.3} % ({:.3} to {:.3})",
+            100.0 * n.value,
+            100.0 * n.low,
+            100.0 * n.high
+        )
+    });
+    let _ = writeln!(
+        text,
+        "foretold: {:.0} spp in {:.2} s ({:.2} to {:.2}){noise}\n{command}",
+        f.samples.value.ceil(),
+        f.seconds.value,
+        f.seconds.low,
+        f.seconds.high
+    );
+    if let Some((samples, seconds, error)) = outcome {
+        let verdict = if holds(f, adviser.goal, seconds, error) {
+            "as foretold"
+        } else {
+            "not as foretold"
+        };
+        let _ = writeln!(
+            text,
+            "took: {samples} spp in {seconds:.2} s, error {:.3} %: {verdict}",
+            100.0 * error
+        );
+    }
+    text
+}
+
+/// Whether what was not given lies in its band.
+fn holds(forecast: &Forecast, goal: Goal, seconds: f64, error: f64) -> bool {
+    match goal {
+        Goal::Seconds(_) => forecast.noise.is_some_and(|n| n.holds(error)),
+        _ => forecast.seconds.holds(seconds),
+    }
+}
+
+fn json(
+    adviser: &Adviser,
+    best: &Trial,
+    command: &str,
+    outcome: Option<(u64, f64, f64)>,
+) -> serde_json::Value {
+    use serde_json::{Value, json};
+    let stages: Vec<Value> = adviser
+        .stages
+        .iter()
+        .map(|s| json!({"setting": s.name, "chosen": s.chosen, "tried": s.tried}))
+        .collect();
+    let span = |s: lightbox_core::forecast::Span| json!([s.value, s.low, s.high]);
+    let f = &best.forecast;
+    json!({
+        "scene": adviser.scene.path().to_string_lossy(),
+        "stages": stages,
+        "spp": span(f.samples), "seconds": span(f.seconds), "error": f.noise.map(span),
+        "command": command,
+        "outcome": outcome.map(|(samples, seconds, error)| json!({
+            "spp": samples, "seconds": seconds, "error": error,
+            "as_foretold": holds(f, adviser.goal, seconds, error),
+        })),
+    })
+}
