@@ -40,7 +40,7 @@ fn methods_agree() {
         let scene = Arc::new(shipped(name).build(&|_| ()).unwrap());
         let means = |method| {
             replicates(&scene, |s| {
-                (s.width, s.height, s.samples, s.method) = (20, 20, 48, method);
+                (s.width, s.height, s.samples, s.method) = (20, 20, 96, method);
             })
         };
         let mut comparisons = Comparisons::default();
