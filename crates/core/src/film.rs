@@ -16,10 +16,14 @@ use crate::planted::{self, Bug};
 
 mod error;
 mod pack;
+mod survey;
 
 pub(crate) use error::TileLight;
 pub use error::{BAND_FROM, ErrorEstimate, TileError};
 pub(crate) use pack::LONGEST_PACKED;
+use survey::Survey;
+pub(crate) use survey::{Followed, is_followed};
+pub use survey::{Light, Lost};
 
 /// Edge of a tile, pixels.
 pub const TILE: u32 = 16;
@@ -80,6 +84,7 @@ pub struct Tile {
     cells: Vec<Cell>,
     invalid: Vec<InvalidSample>,
     invalid_count: u64,
+    survey: Survey,
 }
 
 impl Tile {
@@ -93,6 +98,7 @@ impl Tile {
             cells: Vec::new(),
             invalid: Vec::new(),
             invalid_count: 0,
+            survey: Survey::default(),
         }
     }
 
@@ -145,6 +151,8 @@ impl Tile {
             to.count += from.count;
         }
         self.rays += batch.rays;
+        // What does not fit is no estimate; the picture does not depend on it.
+        let _ = self.survey.add(&batch.survey);
         self.count_invalid(batch.invalid_count, &batch.invalid);
     }
 

@@ -27,6 +27,7 @@ pub(crate) fn of(view: &View) -> u128 {
         accel: _,
         sampler,
         seed,
+        full_model: _,
     } = view.settings;
     digest.integers([width, height, depth]);
     for name in [filter.kind.name(), method.name(), sampler.name()] {

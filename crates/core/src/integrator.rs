@@ -20,13 +20,16 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::Vec3;
 
+use crate::film::Followed;
 use crate::geometry::Hit;
 use crate::math::{GROUP, Ray};
+use crate::plan::{Part, Plan};
 use crate::planted::{self, Bug};
 use crate::sampler::Sampler;
 use crate::scene::Scene;
-use crate::settings::Method;
+use crate::settings::{Method, UNLIMITED};
 use crate::simd::Kernel;
+use crate::work::{Stage, Stopwatch};
 use vertices::Vertices;
 
 mod vertices;
@@ -56,6 +59,30 @@ struct ShadowRay {
     index: u32,
 }
 
+/// How light is looked for: what all paths of a render have in common.
+#[derive(Clone, Copy, Debug)]
+pub struct Transport<'a> {
+    /// Where.
+    pub scene: &'a Scene,
+    /// Which parts of the model the scene needs.
+    pub plan: Plan,
+    /// How light is found.
+    pub method: Method,
+    /// Most segments of a path.
+    pub depth: u32,
+}
+
+/// How far paths get at a bounce.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Step {
+    /// To the surface, and no further.
+    Meet,
+    /// They aim at lights from there.
+    Aim,
+    /// And go on.
+    Scatter,
+}
+
 /// Paths that advance together. Its memory is used again from wave to wave.
 #[derive(Debug, Default)]
 pub struct Wave {
@@ -65,6 +92,8 @@ pub struct Wave {
     hits: Vec<Option<Hit>>,
     shadow_rays: Vec<ShadowRay>,
     radiance: Vec<Vec3>,
+    /// What paths that are followed further had found within the depth.
+    within: Vec<Vec3>,
     vertices: Vertices,
 }
 
@@ -99,30 +128,64 @@ impl Wave {
         self.radiance.clear();
     }
 
-    /// Follows all paths to their ends and returns the radiance that each brings back,
-    /// W/(m²·sr); `rays` counts the rays cast. `None` if `cancel` was set meanwhile.
-    pub fn trace(
+    /// Follows all paths to their ends, at most to the depth, and returns the radiance that each
+    /// brings back, W/(m²·sr); `rays` counts the rays cast. `None` if `cancel` was set meanwhile.
+    ///
+    /// With `followed`, the paths go on beyond the depth, and what they find there and before is
+    /// counted, but not in the radiance or the rays.
+    pub(crate) fn trace(
         &mut self,
-        scene: &Scene,
-        method: Method,
-        depth: u32,
+        transport: &Transport<'_>,
         cancel: &AtomicBool,
         rays: &mut u64,
+        watch: &mut Stopwatch,
+        mut followed: Option<&mut Followed>,
     ) -> Option<&[Vec3]> {
-        for bounce in 0..depth {
+        let Transport { scene, depth, .. } = *transport;
+        let is_followed = followed.is_some();
+        // Light counted so far, by paths of how many segments it is found, and what follows.
+        let mut counted = 0.0;
+        let mut count = |segments: u32, radiance: &[Vec3]| {
+            if let Some(followed) = &mut followed {
+                let light = radiance.iter().map(|r| f64::from(r.element_sum())).sum();
+                followed.add(segments, light - counted, segments > depth);
+                counted = light;
+            }
+        };
+        self.within.clear();
+        for bounce in 0..if is_followed { UNLIMITED } else { depth } {
             if self.paths.is_empty() {
                 break;
             }
             if cancel.load(Ordering::Relaxed) {
                 return None;
             }
-            *rays += self.rays.len() as u64;
+            let is_beyond = bounce >= depth;
+            let stage = |stage| if is_beyond { Stage::Measuring } else { stage };
+            let step = match () {
+                () if is_followed => Step::Scatter,
+                () if bounce + 1 == depth => Step::Meet,
+                () if bounce + 2 == depth && !transport.plan.has(Part::LastSegment) => Step::Aim,
+                () => Step::Scatter,
+            };
+            if !is_beyond {
+                *rays += self.rays.len() as u64;
+            }
             scene.intersect_all(&self.rays, &mut self.hits);
-            self.shade(scene, method, bounce, bounce + 1 == depth);
+            watch.lap(stage(Stage::Traversal));
+            self.shade(transport, bounce, step);
+            count(bounce + 1, &self.radiance);
+            if bounce + 1 == depth && is_followed {
+                self.within.clone_from(&self.radiance);
+            }
+            watch.lap(stage(Stage::Shading));
             if cancel.load(Ordering::Relaxed) {
                 return None;
             }
-            *rays += self.shadow_rays.len() as u64;
+            let is_beyond = bounce + 1 >= depth;
+            if !is_beyond {
+                *rays += self.shadow_rays.len() as u64;
+            }
             let shadow_rays = &self.shadow_rays;
             scene.geometry().occluded_many(
                 shadow_rays.len(),
@@ -136,21 +199,39 @@ impl Wave {
                     }
                 },
             );
+            count(bounce.saturating_add(2), &self.radiance);
+            watch.lap(if is_beyond {
+                Stage::Measuring
+            } else {
+                Stage::ShadowRays
+            });
         }
-        Some(&self.radiance)
+        // Empty, too, if all paths ended before.
+        let found = if self.within.is_empty() {
+            &self.radiance
+        } else {
+            &self.within
+        };
+        Some(found)
     }
 
-    /// Adds the light that the paths have run into, aims at lights, and sends the paths on; those
-    /// that end, all if this `is_last`, are taken out.
-    fn shade(&mut self, scene: &Scene, method: Method, bounce: u32, is_last: bool) {
-        match scene.geometry().kernel() {
-            Kernel::Portable => self.shade_all(scene, method, bounce, is_last),
+    /// Adds the light that the paths have run into, aims at lights, and sends the paths on, as far
+    /// as the `step` goes; those that end are taken out.
+    fn shade(&mut self, transport: &Transport<'_>, bounce: u32, step: Step) {
+        let has_surfaces = transport.plan.has(Part::Surfaces);
+        match transport.scene.geometry().kernel() {
+            Kernel::Portable if has_surfaces => self.shade_all::<true>(transport, bounce, step),
+            Kernel::Portable => self.shade_all::<false>(transport, bounce, step),
             #[cfg(target_arch = "x86_64")]
             Kernel::Avx2 => {
                 #[expect(unsafe_code, reason = "enters a SIMD kernel")]
                 // SAFETY: the kernel is AVX2 only on machines that have it; see `Kernel`.
                 unsafe {
-                    self.shade_avx2(scene, method, bounce, is_last);
+                    if has_surfaces {
+                        self.shade_avx2::<true>(transport, bounce, step);
+                    } else {
+                        self.shade_avx2::<false>(transport, bounce, step);
+                    }
                 }
             }
         }
@@ -158,25 +239,40 @@ impl Wave {
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-    fn shade_avx2(&mut self, scene: &Scene, method: Method, bounce: u32, is_last: bool) {
-        self.shade_all(scene, method, bounce, is_last);
+    fn shade_avx2<const SURFACES: bool>(
+        &mut self,
+        transport: &Transport<'_>,
+        bounce: u32,
+        step: Step,
+    ) {
+        self.shade_all::<SURFACES>(transport, bounce, step);
     }
 
+    /// Without `SURFACES`, all of them are diffuse and plain.
     #[inline(always)]
-    fn shade_all(&mut self, scene: &Scene, method: Method, bounce: u32, is_last: bool) {
+    fn shade_all<const SURFACES: bool>(
+        &mut self,
+        transport: &Transport<'_>,
+        bounce: u32,
+        step: Step,
+    ) {
         self.shadow_rays.clear();
-        let aims = method != Method::Naive && !scene.lights().is_empty();
+        let method = transport.method;
+        let aims = method != Method::Naive && !transport.scene.lights().is_empty();
         let mut kept = 0;
         for first in (0..self.paths.len()).step_by(GROUP) {
-            self.meet(scene, method, first, is_last);
-            if is_last {
+            self.meet::<SURFACES>(transport, first, step == Step::Meet);
+            if step == Step::Meet {
                 continue;
             }
             let vertices = &mut self.vertices;
             if aims && vertices.any_diffuse {
-                vertices.aim(scene, method == Method::Mis, bounce, &mut self.shadow_rays);
+                vertices.aim::<SURFACES>(transport, bounce, &mut self.shadow_rays);
             }
-            vertices.scatter(bounce);
+            if step == Step::Aim {
+                continue;
+            }
+            vertices.scatter::<SURFACES>(bounce);
             for lane in 0..vertices.count {
                 if vertices.direction_pdf[lane] > 0.0 {
                     self.paths[kept] = vertices.path(lane);
@@ -192,7 +288,13 @@ impl Wave {
     /// Gathers the vertices of the paths from `first` on, as many as make a group, and adds the
     /// light that these paths have run into.
     #[inline(always)]
-    fn meet(&mut self, scene: &Scene, method: Method, first: usize, is_last: bool) {
+    fn meet<const SURFACES: bool>(
+        &mut self,
+        transport: &Transport<'_>,
+        first: usize,
+        is_last: bool,
+    ) {
+        let Transport { scene, method, .. } = *transport;
         let end = (first + GROUP).min(self.paths.len());
         let (paths, rays) = (&self.paths[first..end], &self.rays[first..end]);
         let vertices = &mut self.vertices;
@@ -238,8 +340,12 @@ impl Wave {
             }
             if !is_last {
                 let n = if front { point.n } else { -point.n };
-                let bsdf = material.bsdf(|| scene.primitives().uv(hit));
-                vertices.set_surface(lane, n, front, bsdf);
+                if SURFACES {
+                    let bsdf = material.bsdf(|| scene.primitives().uv(hit));
+                    vertices.set_surface(lane, n, front, bsdf);
+                } else {
+                    vertices.set_diffuse(lane, n, material.albedo);
+                }
             }
         }
     }

@@ -29,7 +29,8 @@
 //! sums are exact, so the picture has the same bits at any number of threads, with any pauses,
 //! in any batches, in one run or several.
 //!
-//! The library knows no window, no standard output and no clock.
+//! The library knows no window and no standard output. It reads the clock only to tell where time
+//! went ([`work::Times`]); no sample depends on it.
 
 // From the bottom up.
 pub mod color;
@@ -40,6 +41,7 @@ pub mod sampler;
 pub mod settings;
 pub mod simd;
 pub mod suggest;
+pub mod work;
 // Surfaces.
 pub mod accel;
 pub mod bsdf;
@@ -60,6 +62,7 @@ pub mod forecast;
 pub mod image_io;
 pub mod integrator;
 pub mod part;
+pub mod plan;
 pub mod render;
 // Methods against each other, and what breaks, measured.
 pub mod lab;

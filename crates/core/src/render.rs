@@ -6,12 +6,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rayon::prelude::*;
 
 use crate::camera::Camera;
-use crate::film::{Film, TileRect};
+use crate::film::{Film, Followed, Tile, is_followed};
 use crate::filter::FilterSampler;
-use crate::integrator::Wave;
+use crate::integrator::{Transport, Wave};
+use crate::plan::{Part, Plan};
 use crate::sampler::{Dim, Sampler};
 use crate::scene::Scene;
-use crate::settings::RenderSettings;
+use crate::settings::{AccelKind, RenderSettings};
+use crate::work::{Stage, Stopwatch, Work};
 
 /// Paths that advance together: enough to share the cost of each step, few enough to stay in the
 /// second cache.
@@ -27,25 +29,24 @@ pub struct View {
     /// How.
     pub settings: RenderSettings,
     filter: FilterSampler,
+    plan: Plan,
 }
 
-/// Work done by [`View::render`].
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Work {
-    /// Paths traced from the camera.
-    pub paths: u64,
-    /// Rays cast.
-    pub rays: u64,
+/// A sample on its way: where it lies in the tile, and what is drawn for it.
+struct Place {
+    pixel: [u32; 2],
+    sample: u64,
+    sampler: Sampler,
+    offset: [f32; 2],
+    stratum: usize,
 }
 
-impl std::ops::Add for Work {
-    type Output = Self;
-    fn add(self, other: Self) -> Self {
-        Self {
-            paths: self.paths + other.paths,
-            rays: self.rays + other.rays,
-        }
-    }
+/// What a thread needs to render a tile.
+struct Bench {
+    wave: Wave,
+    places: Vec<Place>,
+    batch: Tile,
+    watch: Stopwatch,
 }
 
 impl View {
@@ -66,12 +67,48 @@ impl View {
             return Err(problem);
         }
         let camera = Camera::new(camera, settings.width, settings.height)?;
+        let plan = Plan::new(scene.census(), scene.geometry(), &settings);
         Ok(Self {
             scene,
             camera,
             settings,
             filter: FilterSampler::new(settings.filter),
+            plan,
         })
+    }
+
+    /// Which parts of the model it has.
+    pub fn plan(&self) -> Plan {
+        self.plan
+    }
+
+    /// The same picture made with one part more of the model; the error is one line.
+    pub fn with(&self, part: Part) -> Result<Self, String> {
+        let mut view = self.clone();
+        if part == Part::Tree && !self.plan.has(part) {
+            let mut desc = self.scene.desc().clone();
+            desc.render.accel = AccelKind::Bvh;
+            let scene = self.scene.edit(desc, &|_| ());
+            view.scene = std::sync::Arc::new(scene.map_err(|e| e.to_string())?);
+        }
+        view.plan = self.plan.with(part);
+        Ok(view)
+    }
+
+    /// The same picture by another plan, whether it needs more or not.
+    #[cfg(test)]
+    pub(crate) fn planned(&self, plan: Plan) -> Self {
+        Self {
+            plan,
+            ..self.clone()
+        }
+    }
+
+    /// The same picture made with every part of the model; the error is one line.
+    pub fn full(&self) -> Result<Self, String> {
+        Part::ALL
+            .into_iter()
+            .try_fold(self.clone(), |view, part| view.with(part))
     }
 
     /// An empty film for this view.
@@ -106,7 +143,60 @@ impl View {
         if cancel.load(Ordering::Relaxed) {
             return Work::default();
         }
-        let (mut batch, first) = film.batch(tile);
+        let watch = Stopwatch::start();
+        let (batch, first) = film.batch(tile);
+        let (rect, depth) = (batch.rect, self.settings.depth);
+        let mut work = Work::default();
+        let mut bench = Bench {
+            wave: Wave::default(),
+            places: Vec::with_capacity(WAVE),
+            batch,
+            watch,
+        };
+        let pixels = || (0..rect.height).flat_map(|y| (0..rect.width).map(move |x| [x, y]));
+        for sample in (first..samples).filter(|sample| is_followed(&rect, *sample, depth)) {
+            let mut followed = Followed::default();
+            let todo = pixels().map(|pixel| (pixel, sample));
+            let Some(paths) = self.render_wave(&mut bench, todo, cancel, Some(&mut followed))
+            else {
+                return Work::default();
+            };
+            bench.batch.add_followed(paths, &followed);
+            work.paths += paths;
+        }
+        let others = (first..samples).filter(|sample| !is_followed(&rect, *sample, depth));
+        let mut todo = pixels()
+            .flat_map(|pixel| others.clone().map(move |sample| (pixel, sample)))
+            .peekable();
+        while todo.peek().is_some() {
+            let Some(paths) = self.render_wave(&mut bench, todo.by_ref().take(WAVE), cancel, None)
+            else {
+                return Work::default();
+            };
+            work.paths += paths;
+        }
+        if samples > first {
+            film.merge(tile, &bench.batch, first, samples);
+        }
+        bench.watch.lap(Stage::Filter);
+        (work.rays, work.times) = (bench.batch.rays, bench.watch.times);
+        work
+    }
+
+    /// Adds some samples to the batch, and returns how many; `None` if `cancel` was set meanwhile.
+    fn render_wave(
+        &self,
+        bench: &mut Bench,
+        todo: impl Iterator<Item = ([u32; 2], u64)>,
+        cancel: &AtomicBool,
+        followed: Option<&mut Followed>,
+    ) -> Option<u64> {
+        let Bench {
+            wave,
+            places,
+            batch,
+            watch,
+        } = bench;
         let RenderSettings {
             method,
             depth,
@@ -114,41 +204,38 @@ impl View {
             seed,
             ..
         } = self.settings;
-        let TileRect {
-            x: left,
-            y: top,
-            width,
-            height,
-        } = batch.rect;
-        let (mut wave, mut places) = (Wave::default(), Vec::with_capacity(WAVE));
-        let mut work = Work::default();
-        let mut todo = (0..height)
-            .flat_map(|y| (0..width).map(move |x| [x, y]))
-            .flat_map(|pixel| (first..samples).map(move |sample| (pixel, sample)))
-            .peekable();
-        while todo.peek().is_some() {
-            wave.clear();
-            places.clear();
-            for ([x, y], sample) in todo.by_ref().take(WAVE) {
-                let pixel = [left + x, top + y];
-                let sampler = Sampler::new(kind, seed, pixel, sample);
-                let (offset, stratum) = self.filter.sample(sampler.get_2d(Dim::Pixel));
-                wave.push(self.camera.ray(pixel, offset), sampler);
-                places.push(([x, y], sample, stratum));
+        let (left, top) = (batch.rect.x, batch.rect.y);
+        wave.clear();
+        places.clear();
+        places.extend(todo.map(|([x, y], sample)| {
+            let sampler = Sampler::new(kind, seed, [left + x, top + y], sample);
+            let (offset, stratum) = self.filter.sample(sampler.get_2d(Dim::Pixel));
+            Place {
+                pixel: [x, y],
+                sample,
+                sampler,
+                offset,
+                stratum,
             }
-            let Some(radiance) = wave.trace(&self.scene, method, depth, cancel, &mut work.rays)
-            else {
-                return Work::default();
-            };
-            for ((pixel, sample, stratum), radiance) in places.iter().zip(radiance) {
-                batch.add(*pixel, *sample, *stratum, *radiance);
-            }
-            work.paths += places.len() as u64;
+        }));
+        watch.lap(Stage::Filter);
+        for place in &*places {
+            let [x, y] = place.pixel;
+            let ray = self.camera.ray([left + x, top + y], place.offset);
+            wave.push(ray, place.sampler);
         }
-        if samples > first {
-            batch.rays = work.rays;
-            film.merge(tile, &batch, first, samples);
+        watch.lap(Stage::Camera);
+        let transport = Transport {
+            scene: &self.scene,
+            plan: self.plan,
+            method,
+            depth,
+        };
+        let radiance = wave.trace(&transport, cancel, &mut batch.rays, watch, followed)?;
+        for (place, radiance) in places.iter().zip(radiance) {
+            batch.add(place.pixel, place.sample, place.stratum, *radiance);
         }
-        work
+        watch.lap(Stage::Filter);
+        Some(places.len() as u64)
     }
 }

@@ -42,6 +42,10 @@ pub struct RenderSettings {
     pub sampler: SamplerKind,
     /// Chooses the random numbers, at most [`MAX_SEED`].
     pub seed: u64,
+    /// Whether to go without nothing, not even what the scene does not need (see
+    /// [`crate::plan`]): the same picture, later.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub full_model: bool,
 }
 
 impl Default for RenderSettings {
@@ -56,11 +60,20 @@ impl Default for RenderSettings {
             accel: AccelKind::Auto,
             sampler: SamplerKind::Sobol,
             seed: 0,
+            full_model: false,
         }
     }
 }
 
 impl RenderSettings {
+    /// The accelerator to build: in the full model a tree, however few primitives there are.
+    pub fn built_accel(&self) -> AccelKind {
+        match self.accel {
+            AccelKind::Auto if self.full_model => AccelKind::Bvh,
+            accel => accel,
+        }
+    }
+
     /// What is wrong with the numbers, if anything: one line that says what to use instead.
     pub fn problem(&self) -> Option<String> {
         for (name, value) in [("width", self.width), ("height", self.height)] {

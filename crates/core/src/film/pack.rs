@@ -5,12 +5,13 @@
 //! zero somewhere are kept. That makes a picture's sums about a third as long, at the speed of
 //! memory.
 
+use super::survey::{LENGTHS, Survey};
 use super::{Cell, Film, INVALID_KEPT, InvalidSample, Tile};
 
 /// Bytes of the longest packed tile: no honest record exceeds it.
 pub(crate) const LONGEST_PACKED: usize = {
     let cells = (super::TILE * super::TILE) as usize * 4;
-    32 + INVALID_KEPT * 16 + cells * COLUMNS * (16 + 2)
+    32 + INVALID_KEPT * 16 + cells * COLUMNS * (16 + 2) + 16 + (LENGTHS + 1) * 16
 };
 
 /// Columns of a cell: three sums and the count.
@@ -47,6 +48,17 @@ impl Tile {
         for InvalidSample { pixel, sample } in &self.invalid {
             bytes.extend(pixel.iter().flat_map(|x| x.to_le_bytes()));
             bytes.extend(sample.to_le_bytes());
+        }
+        let Survey {
+            paths,
+            beyond,
+            by_length,
+        } = &self.survey;
+        for number in [*paths, by_length.len() as u64] {
+            bytes.extend(number.to_le_bytes());
+        }
+        for sum in [beyond].into_iter().chain(by_length) {
+            bytes.extend(sum.to_le_bytes());
         }
         for lane in 0..2 * self.strata {
             for column in 0..COLUMNS {
@@ -89,6 +101,22 @@ impl Tile {
                 sample: u64::from_le_bytes(sample.try_into().ok()?),
             });
         }
+        let mut number = || rest.split_off(..8)?.try_into().ok().map(u64::from_le_bytes);
+        let (paths, lengths) = (number()?, number()?);
+        if lengths > LENGTHS as u64 {
+            return None;
+        }
+        let mut sum = || {
+            rest.split_off(..16)?
+                .try_into()
+                .ok()
+                .map(i128::from_le_bytes)
+        };
+        self.survey.add(&Survey {
+            paths,
+            beyond: sum()?,
+            by_length: (0..lengths).map(|_| sum()).collect::<Option<_>>()?,
+        })?;
         if self.cells.is_empty() {
             self.cells = self.batch().cells;
         }

@@ -119,6 +119,17 @@ impl Triangles {
 }
 
 impl Geometry {
+    /// What is built if `accel` is asked for: never [`AccelKind::Auto`].
+    fn choice(primitives: &Primitives, accel: AccelKind) -> AccelKind {
+        match accel {
+            AccelKind::Auto if primitives.faces() + primitives.spheres.len() < SWEEP_BELOW => {
+                AccelKind::Brute
+            }
+            AccelKind::Auto => AccelKind::Bvh,
+            accel => accel,
+        }
+    }
+
     /// Freezes primitives and builds what `accel` asks for, for the best kernel of the machine.
     pub fn build(primitives: Primitives, accel: AccelKind) -> Self {
         Self::build_for(primitives, accel, Kernel::detect())
@@ -135,10 +146,7 @@ impl Geometry {
             .into_par_iter()
             .map(|id| primitives.bounds(id))
             .reduce(|| Aabb::EMPTY, Aabb::union);
-        let accel = match accel {
-            AccelKind::Auto if primitives.faces() + primitives.spheres.len() < SWEEP_BELOW => {
-                Accel::Brute(Triangles::in_order(&primitives))
-            }
+        let accel = match Self::choice(&primitives, accel) {
             AccelKind::Brute => Accel::Brute(Triangles::in_order(&primitives)),
             AccelKind::KdTree => Accel::KdTree(KdTree::build(&boxes(), |id, cell| {
                 primitives.clipped_bounds(id, cell)
@@ -270,7 +278,7 @@ impl Geometry {
     }
 
     #[inline(always)]
-    fn search_with<L: Lanes>(&self, ray: &Ray, search: &mut impl Search) {
+    pub(super) fn search_with<L: Lanes>(&self, ray: &Ray, search: &mut impl Search) {
         let sheared = ShearedRay::new(ray);
         match &self.accel {
             Accel::Brute(triangles) => {

@@ -72,52 +72,62 @@ impl Geometry {
         &self,
         count: usize,
         start: impl Fn(usize) -> (Ray, S),
-        mut done: impl FnMut(usize, &S, &Primitives),
+        done: impl FnMut(usize, &S, &Primitives),
     ) {
-        let Accel::Bvh {
-            triangles,
-            tree,
-            spheres,
-        } = &self.accel
-        else {
-            for i in 0..count {
-                let (ray, mut search) = start(i);
-                self.search(&ray, &mut search);
-                done(i, &search, &self.primitives);
-            }
-            return;
-        };
-        let mut many = Many {
-            geometry: self,
-            triangles,
-            tree,
-            spheres: spheres.as_ref(),
-            start,
-            done,
-        };
         match self.kernel {
-            Kernel::Portable => many.cast::<Portable>(count),
+            Kernel::Portable => self.search_many_with::<Portable, S>(count, start, done),
             #[cfg(target_arch = "x86_64")]
             Kernel::Avx2 => {
                 #[expect(unsafe_code, reason = "enters a SIMD kernel")]
                 // SAFETY: the kernel is AVX2 only on machines that have it; see `Kernel`.
                 unsafe {
-                    cast_avx2(&mut many, count);
+                    self.search_many_avx2(count, start, done);
                 }
             }
         }
     }
-}
 
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-fn cast_avx2<S, F, D>(many: &mut Many<'_, F, D>, count: usize)
-where
-    S: Search,
-    F: Fn(usize) -> (Ray, S),
-    D: FnMut(usize, &S, &Primitives),
-{
-    many.cast::<Avx2>(count);
+    #[cfg(target_arch = "x86_64")]
+    #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+    fn search_many_avx2<S: Search>(
+        &self,
+        count: usize,
+        start: impl Fn(usize) -> (Ray, S),
+        done: impl FnMut(usize, &S, &Primitives),
+    ) {
+        self.search_many_with::<Avx2, S>(count, start, done);
+    }
+
+    #[inline(always)]
+    fn search_many_with<L: Lanes, S: Search>(
+        &self,
+        count: usize,
+        start: impl Fn(usize) -> (Ray, S),
+        mut done: impl FnMut(usize, &S, &Primitives),
+    ) {
+        if let Accel::Bvh {
+            triangles,
+            tree,
+            spheres,
+        } = &self.accel
+        {
+            let mut many = Many {
+                geometry: self,
+                triangles,
+                tree,
+                spheres: spheres.as_ref(),
+                start,
+                done,
+            };
+            many.cast::<L>(count);
+            return;
+        }
+        for i in 0..count {
+            let (ray, mut search) = start(i);
+            self.search_with::<L>(&ray, &mut search);
+            done(i, &search, &self.primitives);
+        }
+    }
 }
 
 /// Rays to cast through the tree over triangles.

@@ -6,14 +6,15 @@ use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
 
-use super::{ONLY, Path, ShadowRay, power_heuristic};
+use super::{ONLY, Path, ShadowRay, Transport, power_heuristic};
 use crate::bsdf::{Bsdf, diffuse_direction};
 use crate::geometry::{Place, SurfacePoint, SurfacePoints};
 use crate::light::LightSamples;
 use crate::math::{Floats, GROUP, Ray, Vectors};
+use crate::plan::Part;
 use crate::planted::{self, Bug};
 use crate::sampler::{Dim, Samplers};
-use crate::scene::Scene;
+use crate::settings::Method;
 
 /// Bounces that every path takes before Russian roulette may end it.
 const ROULETTE_FROM: u32 = 3;
@@ -153,25 +154,37 @@ impl Vertices {
     /// Sets what the surface of a lane is like, and the side from which it is seen.
     #[inline(always)]
     pub fn set_surface(&mut self, lane: usize, n: Vec3, front: bool, bsdf: Bsdf) {
-        self.n.set(lane, n);
-        let diffuse = bsdf.diffuse();
-        self.diffuse.set(lane, diffuse);
+        self.set_diffuse(lane, n, bsdf.diffuse());
         self.diffuse_share[lane] = bsdf.diffuse_share();
-        self.any_diffuse |= diffuse != Vec3::ZERO;
         if !matches!(bsdf, Bsdf::Diffuse(_)) {
             self.others.push((lane, front, bsdf));
         }
     }
 
+    /// Sets the reflectance of a lane that is diffuse, and the side from which it is seen.
+    #[inline(always)]
+    pub fn set_diffuse(&mut self, lane: usize, n: Vec3, diffuse: Vec3) {
+        self.n.set(lane, n);
+        self.diffuse.set(lane, diffuse);
+        self.any_diffuse |= diffuse != Vec3::ZERO;
+    }
+
     /// Aims at one point of one light from each lane that scatters diffusely: the light that would
     /// reach it from there and leave along the path, over the probability of the choice.
     #[inline(always)]
-    pub fn aim(&mut self, scene: &Scene, is_mis: bool, bounce: u32, rays: &mut Vec<ShadowRay>) {
+    pub fn aim<const SURFACES: bool>(
+        &mut self,
+        transport: &Transport<'_>,
+        bounce: u32,
+        rays: &mut Vec<ShadowRay>,
+    ) {
+        let (scene, is_mis) = (transport.scene, transport.method == Method::Mis);
+        let is_one = !transport.plan.has(Part::LightChoice);
         let (samplers, lights) = (&self.samplers, &mut self.lights);
         let p = &self.points.p;
         scene
             .lights()
-            .sample_many(p, self.count, samplers, bounce, lights);
+            .sample_many(p, self.count, samplers, bounce, is_one, lights);
         for lane in 0..self.count {
             let emission = scene.material(lights.prims[lane]).emission;
             self.emission.set(lane, emission);
@@ -181,7 +194,12 @@ impl Vertices {
             let (n, pdf) = (self.n.get(lane), lights.pdf[lane]);
             let toward = (light.p - point.p).normalize();
             let cos = n.dot(toward);
-            let direction_pdf = self.diffuse_share[lane] * cos * FRAC_1_PI;
+            let share = if SURFACES {
+                self.diffuse_share[lane]
+            } else {
+                1.0
+            };
+            let direction_pdf = share * cos * FRAC_1_PI;
             let weight = if is_mis {
                 power_heuristic(pdf, direction_pdf)
             } else {
@@ -225,11 +243,11 @@ impl Vertices {
 
     /// Draws where the paths go from their surfaces, and whether.
     #[inline(always)]
-    pub fn scatter(&mut self, bounce: u32) {
-        if self.others.len() < self.count {
+    pub fn scatter<const SURFACES: bool>(&mut self, bounce: u32) {
+        if !SURFACES || self.others.len() < self.count {
             self.scatter_diffuse(bounce);
         }
-        for (lane, front, bsdf) in &self.others {
+        for (lane, front, bsdf) in self.others.iter().filter(|_| SURFACES) {
             let (lane, sampler) = (*lane, self.samplers.get(*lane));
             let lobe = || sampler.get_1d(Dim::Lobe(bounce));
             let u = || sampler.get_2d(Dim::BsdfDirection(bounce));

@@ -6,11 +6,13 @@ use std::sync::atomic::AtomicBool;
 use glam::Vec3;
 
 use super::stats::Replicates;
-use crate::integrator::Wave;
+use crate::integrator::{Transport, Wave};
 use crate::math::Ray;
+use crate::plan::Plan;
 use crate::sampler::{Dim, Sampler};
 use crate::scene::Source;
 use crate::settings::UNLIMITED;
+use crate::work::Stopwatch;
 use crate::{Image, Method, RenderSettings, SamplerKind, Scene, View};
 
 /// The largest random number.
@@ -149,7 +151,13 @@ pub fn path(scene: &Scene, method: Method, ray: Ray, sampler: Sampler) -> (Vec3,
     let (mut wave, mut rays) = (Wave::default(), 0);
     wave.push(ray, sampler);
     let never = AtomicBool::new(false);
-    let found = wave.trace(scene, method, UNLIMITED, &never, &mut rays);
+    let transport = Transport {
+        scene,
+        plan: Plan::FULL,
+        method,
+        depth: UNLIMITED,
+    };
+    let found = wave.trace(&transport, &never, &mut rays, &mut Stopwatch::start(), None);
     (found.map_or(Vec3::NAN, |radiance| radiance[0]), rays)
 }
 

@@ -10,6 +10,7 @@ mod cone;
 mod rectangle;
 
 use glam::Vec3;
+use serde::Serialize;
 
 use crate::geometry::{Primitive, Primitives, SurfacePoint, SurfacePoints};
 use crate::math::{Floats, GROUP, Vectors, warp};
@@ -139,6 +140,26 @@ fn told(pdf: f32) -> f32 {
     }
 }
 
+/// Counts of emitters by how they are sampled.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct LightKinds {
+    /// Rectangles, in solid angle.
+    pub rectangles: usize,
+    /// Other parallelograms, over their area.
+    pub parallelograms: usize,
+    /// Triangles, over their area.
+    pub triangles: usize,
+    /// Spheres, over their cone.
+    pub spheres: usize,
+}
+
+impl LightKinds {
+    /// All of them.
+    pub fn total(&self) -> usize {
+        self.rectangles + self.parallelograms + self.triangles + self.spheres
+    }
+}
+
 /// The emitters of a scene.
 #[derive(Debug, Default)]
 pub struct Lights {
@@ -180,13 +201,24 @@ impl Lights {
         self.emitters.len()
     }
 
-    /// Chooses an emitter: its index and the probability of the choice. One light is no choice.
+    /// How many there are of each kind.
+    pub fn kinds(&self) -> LightKinds {
+        let mut kinds = LightKinds::default();
+        for shape in &self.shapes {
+            *match shape {
+                Shape::Triangle { .. } => &mut kinds.triangles,
+                Shape::Parallelogram(_) => &mut kinds.parallelograms,
+                Shape::Rectangle(_) => &mut kinds.rectangles,
+                Shape::Sphere(_) => &mut kinds.spheres,
+            } += 1;
+        }
+        kinds
+    }
+
+    /// Chooses an emitter: its index and the probability of the choice.
     #[inline]
     pub(crate) fn pick(&self, u: impl FnOnce() -> f32) -> Option<(usize, f32)> {
         let last = self.emitters.len().checked_sub(1)?;
-        if last == 0 {
-            return Some((0, 1.0));
-        }
         let u = f64::from(u());
         let i = self.cumulative.partition_point(|c| *c <= u).min(last);
         Some((i, self.probability(i)))
@@ -211,7 +243,8 @@ impl Lights {
         (pdf > 0.0 && pdf.is_finite()).then_some(LightSample { prim, point, pdf })
     }
 
-    /// [`Self::sample`] for the first `count` lanes of a group that shades at `p`.
+    /// [`Self::sample`] for the first `count` lanes of a group that shades at `p`; without a
+    /// choice if there `is_one` light.
     #[inline(always)]
     pub(crate) fn sample_many(
         &self,
@@ -219,9 +252,11 @@ impl Lights {
         count: usize,
         samplers: &Samplers,
         bounce: u32,
+        is_one: bool,
         samples: &mut LightSamples,
     ) {
-        if let ([Shape::Rectangle(rectangle)], [prim]) = (&*self.shapes, &*self.emitters) {
+        if is_one && let ([Shape::Rectangle(rectangle)], [prim]) = (&*self.shapes, &*self.emitters)
+        {
             // Copied, so that the compiler need not fear for it when samples are written.
             let rectangle = **rectangle;
             let [x, y] = samplers.get_2d(Dim::LightPoint(bounce));
@@ -235,7 +270,10 @@ impl Lights {
         }
         for lane in 0..count {
             let sampler = samplers.get(lane);
-            let pick = || sampler.get_1d(Dim::LightPick(bounce));
+            let pick = || match is_one {
+                true => 0.0,
+                false => sampler.get_1d(Dim::LightPick(bounce)),
+            };
             let u = || sampler.get_2d(Dim::LightPoint(bounce));
             samples.pdf[lane] = 0.0;
             if let Some(LightSample { prim, point, pdf }) = self.sample(p.get(lane), pick, u) {

@@ -2,7 +2,7 @@
 //! over machines and sittings adds up to the bits of one run. A render to be resumed is kept in
 //! the same kind of file.
 //!
-//! A file begins with the line `lightbox part 1`, 1 being the version of the layout. Then come
+//! A file begins with the line `lightbox part 2`, 2 being the version of the layout. Then come
 //! records: the head, in TOML ([`Head`]), and the tiles in the film's order. A record is its
 //! length (u32, little-endian), a checksum (u64, XXH3 of the bytes, seeded with the record's
 //! number) and its bytes.
@@ -37,7 +37,7 @@ pub use sum::{Parts, Sum};
 pub const EXTENSION: &str = "part";
 
 /// First line of a file.
-const MAGIC: &str = "lightbox part 1\n";
+const MAGIC: &str = "lightbox part 2\n";
 
 /// Longest head, bytes: a file must not fill the memory.
 const LONGEST_HEAD: usize = 1 << 26;

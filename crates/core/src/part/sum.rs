@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::file::{PartFile, stretches};
 use super::{Head, write_records};
-use crate::film::{Developed, ErrorEstimate, INVALID_KEPT, Image, InvalidSample, Tile};
+use crate::film::{Developed, ErrorEstimate, INVALID_KEPT, Image, InvalidSample, Light, Tile};
 use crate::settings::RenderSettings;
 
 /// Parts of one picture, checked to belong together and not to overlap.
@@ -33,6 +33,8 @@ pub struct Sum {
     pub noise: Option<f64>,
     /// Samples left out, as [`crate::Film::invalid`].
     pub invalid: (u64, Vec<InvalidSample>),
+    /// As [`crate::Film::light`].
+    pub light: Light,
 }
 
 impl Parts {
@@ -140,7 +142,7 @@ impl Parts {
     ) -> Result<Sum, String> {
         let film = self.files[0].film();
         let (mut rays, mut invalid_count, mut invalid) = (0, 0, Vec::new());
-        let mut errors = Vec::new();
+        let (mut errors, mut light) = (Vec::new(), Light::default());
         for stretch in stretches(&film) {
             let mut tiles: Vec<Tile> = stretch.map(|i| film.empty_tile(i)).collect();
             for file in &mut self.files {
@@ -156,6 +158,7 @@ impl Parts {
             stretch_done(&tiles, &developed)?;
             errors.par_extend(tiles.par_iter().map(|tile| film.error_of(tile)));
             for tile in &tiles {
+                light.add(tile);
                 rays += tile.rays;
                 invalid_count += tile.invalid().0;
                 invalid.extend_from_slice(tile.invalid().1);
@@ -169,6 +172,7 @@ impl Parts {
             rays,
             noise: ErrorEstimate::of(errors).map(|e| e.noise()),
             invalid: (invalid_count, invalid),
+            light,
             head: self.head,
         })
     }

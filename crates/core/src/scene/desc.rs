@@ -43,7 +43,7 @@ impl SceneDesc {
                 .collect::<Vec<_>>()
         };
         let quads = |d: &Self| d.quads.iter().map(|q| q.corners).collect::<Vec<_>>();
-        self.render.accel == other.render.accel
+        self.render.built_accel() == other.render.built_accel()
             && spheres(self) == spheres(other)
             && quads(self) == quads(other)
             && self.meshes.len() == other.meshes.len()

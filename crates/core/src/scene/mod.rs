@@ -4,6 +4,7 @@
 mod assemble;
 mod boulder;
 mod builtin;
+mod census;
 mod check;
 mod desc;
 mod error;
@@ -18,6 +19,7 @@ use glam::{Quat, Vec3};
 
 pub use boulder::boulder;
 pub use builtin::{LAB as BUILTIN_LAB, NAMES as BUILTIN};
+pub use census::{Census, MaterialKinds};
 pub use desc::{CameraDesc, MaterialDesc, MeshDesc, QuadDesc, SceneDesc, SphereDesc};
 pub use error::{SceneError, SceneWarning};
 pub use load::{Source, load, parse};
@@ -77,6 +79,7 @@ pub struct Scene {
     /// By slot: the name under which the material stands, or would stand, in the description.
     material_names: Vec<String>,
     lights: Lights,
+    census: Census,
     warnings: Vec<SceneWarning>,
 }
 
@@ -94,7 +97,7 @@ impl Scene {
         let (primitives, objects) = assemble::primitives(&desc, &meshes);
         check::count(primitives.len()).map_err(|problem| SceneError::in_file(path, problem))?;
         progress(Phase::BuildingAccelerator(primitives.len()));
-        let geometry = Arc::new(Geometry::build(primitives, desc.render.accel));
+        let geometry = Arc::new(Geometry::build(primitives, desc.render.built_accel()));
         let textures = assemble::Textures::default();
         let scene = Self::finish(desc, path, meshes, textures, geometry, objects.into())?;
         progress(Phase::Ready);
@@ -147,7 +150,7 @@ impl Scene {
                 "nothing emits light, so the picture is black; give a material an emission, or set background",
             ));
         }
-        let scene = Self {
+        let mut scene = Self {
             desc,
             path: path.to_owned(),
             meshes,
@@ -157,8 +160,10 @@ impl Scene {
             materials,
             material_names,
             lights,
+            census: Census::default(),
             warnings,
         };
+        scene.census = Census::of(&scene);
         if let Some(object) = scene.object_around_camera() {
             let warning = format!(
                 "the camera is inside \"{}\"; move eye out of it to see it from outside",
@@ -245,6 +250,11 @@ impl Scene {
     /// The emitters.
     pub fn lights(&self) -> &Lights {
         &self.lights
+    }
+
+    /// What it uses.
+    pub fn census(&self) -> &Census {
+        &self.census
     }
 
     /// Radiance from where nothing is, W/(m²·sr).

@@ -10,8 +10,8 @@ use lightbox_core::color::ToneMap;
 use lightbox_core::compare::{check_size, relative_square};
 use lightbox_core::film::{BAND_FROM, Developed, ErrorEstimate, TileError};
 use lightbox_core::image_io::tone_mapped;
-use lightbox_core::render::Work;
 use lightbox_core::scene::CameraDesc;
+use lightbox_core::work::Work;
 use lightbox_core::{Film, Image, RenderSettings, View};
 use rayon::prelude::*;
 
