@@ -92,6 +92,7 @@ pub struct App {
     banners: Banners,
     dialogs: Dialogs,
     is_help_open: bool,
+    is_plan_open: bool,
     lab: LabPanel,
     chart: ChartPanel,
     race: RacePanel,
@@ -121,6 +122,7 @@ impl App {
             banners: Banners::default(),
             dialogs: Dialogs::default(),
             is_help_open: false,
+            is_plan_open: false,
             lab: LabPanel::new(ctx),
             chart: ChartPanel::default(),
             race: RacePanel::default(),
@@ -194,6 +196,8 @@ impl App {
             Action::Escape if self.is_help_open => self.is_help_open = false,
             Action::Escape if self.lab.is_open => self.lab.is_open = false,
             Action::Escape if self.race.is_open => self.race.is_open = false,
+            Action::Plan => self.is_plan_open = !self.is_plan_open,
+            Action::Escape if self.is_plan_open => self.is_plan_open = false,
             Action::Escape if self.chart.is_open => self.chart.is_open = false,
             Action::Escape => self.model.selection = None,
             Action::Quit => ctx.send_viewport_cmd(ViewportCommand::Close),
@@ -371,6 +375,9 @@ impl eframe::App for App {
         });
         self.lab.ui(&ctx, &mut actions);
         self.race.ui(&ctx, &status, &mut actions);
+        if panels::plan_ui(&ctx, &mut self.is_plan_open, &mut self.model, &status) {
+            self.session.measure_plan();
+        }
         panels::help_ui(&ctx, &mut self.is_help_open);
         hovered_files(&ctx);
 

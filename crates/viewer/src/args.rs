@@ -116,6 +116,9 @@ pub struct RenderArgs {
     /// Chooses the random numbers
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u64).range(..=MAX_SEED), help_heading = SETTINGS)]
     pub seed: Option<u64>,
+    /// Leave out nothing, not even what the scene does not need: the same picture, later
+    #[arg(long, help_heading = SETTINGS)]
+    pub full_model: bool,
 
     /// Pinhole
     #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true, help_heading = CAMERA)]
@@ -292,6 +295,7 @@ impl RenderArgs {
         render.accel = self.accel.unwrap_or(render.accel);
         render.sampler = self.sampler.unwrap_or(render.sampler);
         render.seed = self.seed.unwrap_or(render.seed);
+        render.full_model |= self.full_model;
         let scene_camera = *camera;
         camera.eye = self.eye.unwrap_or(camera.eye);
         camera.target = self.target.unwrap_or(camera.target);

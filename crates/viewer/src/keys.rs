@@ -37,6 +37,8 @@ pub enum Action {
     Race,
     /// Choose a folder for the files of a race.
     SaveRace,
+    /// Show or hide the plan.
+    Plan,
     /// Choose a reference for the error chart.
     Reference,
     /// Close a window over the picture, or select nothing.
@@ -106,6 +108,12 @@ pub const KEYS: &[(Modifiers, Key, Action, &str)] = &[
         Key::F4,
         Action::Race,
         "race methods against each other",
+    ),
+    (
+        PLAIN,
+        Key::F5,
+        Action::Plan,
+        "show or hide the plan and where the time goes",
     ),
     (COMMAND, Key::Q, Action::Quit, "quit"),
 ];

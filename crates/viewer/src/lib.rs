@@ -15,5 +15,7 @@ pub mod panels;
 pub mod race;
 pub mod replay;
 pub mod saved;
+pub mod savings;
 pub mod session;
+pub mod spent;
 pub mod viewport;

@@ -306,7 +306,7 @@ fn a_file_cut_short_or_changed_in_any_byte_is_refused() {
     let error = read(&[&good[..], &[0]].concat()).unwrap_err();
     assert!(error.contains("is damaged"), "{error}");
     let mut later = good.clone();
-    later[MAGIC.len() - 2] = b'2';
+    later[MAGIC.len() - 2] = b'3';
     assert!(read(&later).unwrap_err().contains("another version"));
     assert!(read(b"").unwrap_err().contains("is not a part"));
 }

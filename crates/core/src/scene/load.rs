@@ -89,7 +89,8 @@ impl Source {
         desc: SceneDesc,
         progress: &dyn Fn(Phase),
     ) -> Result<Scene, SceneError> {
-        Scene::build(desc, &self.path, &self.meshes, progress).map_err(|e| self.locate(e))
+        let textures = super::assemble::Textures::default();
+        Scene::build(desc, &self.path, &self.meshes, textures, progress).map_err(|e| self.locate(e))
     }
 
     /// Gives an error about a value its file and line.

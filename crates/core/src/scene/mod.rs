@@ -89,6 +89,7 @@ impl Scene {
         desc: SceneDesc,
         path: &Path,
         known_meshes: &MeshCache,
+        textures: assemble::Textures,
         progress: &dyn Fn(Phase),
     ) -> Result<Self, SceneError> {
         check::check(&desc)?;
@@ -98,7 +99,6 @@ impl Scene {
         check::count(primitives.len()).map_err(|problem| SceneError::in_file(path, problem))?;
         progress(Phase::BuildingAccelerator(primitives.len()));
         let geometry = Arc::new(Geometry::build(primitives, desc.render.built_accel()));
-        let textures = assemble::Textures::default();
         let scene = Self::finish(desc, path, meshes, textures, geometry, objects.into())?;
         progress(Phase::Ready);
         Ok(scene)
@@ -113,7 +113,8 @@ impl Scene {
     /// moved or changed shapes, or another accelerator, lead to a new one.
     pub fn edit(&self, desc: SceneDesc, progress: &dyn Fn(Phase)) -> Result<Self, SceneError> {
         if self.rebuilds_for(&desc) {
-            return Self::build(desc, &self.path, &self.meshes, progress);
+            let textures = self.textures.clone();
+            return Self::build(desc, &self.path, &self.meshes, textures, progress);
         }
         check::check(&desc)?;
         let (meshes, textures) = (self.meshes.clone(), self.textures.clone());

@@ -1,27 +1,30 @@
 //! `lightbox info`: the census of a scene.
 
 use std::borrow::Cow;
-use std::collections::BTreeMap;
-use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
-use lightbox_core::scene::MaterialDesc;
-use lightbox_core::{AccelKind, RenderSettings, Scene};
+use lightbox_core::light::LightKinds;
+use lightbox_core::plan::Part;
+use lightbox_core::scene::MaterialKinds;
+use lightbox_core::{AccelKind, RenderSettings, View};
 use serde::Serialize;
 
 use super::{Opened, json_line, open, print_warnings, table};
 use crate::args::InfoArgs;
+use crate::savings::{Savings, Trial};
 
 /// The report of `--json`. Lengths are scene units, memory is bytes.
 #[derive(Serialize)]
-struct Census<'a> {
+struct Report<'a> {
     scene: Cow<'a, str>,
     objects: usize,
     triangles: usize,
     quads: usize,
     spheres: usize,
-    materials: Materials,
+    materials: MaterialKinds,
     /// Primitives that emit.
     lights: usize,
+    light_kinds: LightKinds,
     background: glam::Vec3,
     textures: usize,
     /// None: there is nothing to bound.
@@ -33,20 +36,18 @@ struct Census<'a> {
     /// None: every ray tests every primitive.
     tree: Option<Tree>,
     memory: Memory,
+    plan: Plan,
     load_seconds: f64,
     build_seconds: f64,
     warnings: Vec<String>,
 }
 
-/// Materials in use, by how they scatter.
-#[derive(Default, Serialize)]
-struct Materials {
-    diffuse: usize,
-    blend: usize,
-    mirror: usize,
-    glass: usize,
-    /// Of the above, those that emit.
-    emitting: usize,
+/// What a render with these settings goes without.
+#[derive(Serialize)]
+struct Plan {
+    left_out: Vec<Part>,
+    /// What that saves; none if nothing is left out.
+    savings: Option<Savings>,
 }
 
 #[derive(Serialize)]
@@ -71,24 +72,17 @@ struct Memory {
 pub fn run(args: &InfoArgs) -> Result<String, String> {
     let opened = open(&args.scene, |_| Ok(()), &|_| ())?;
     print_warnings(&opened.scene);
-    let census = census(&opened);
+    let report = report(&opened)?;
     if args.json {
-        json_line(&census)
+        json_line(&report)
     } else {
-        Ok(text(&census))
+        Ok(text(&report))
     }
 }
 
-fn census(opened: &Opened) -> Census<'_> {
+fn report(opened: &Opened) -> Result<Report<'_>, String> {
     let scene = &*opened.scene;
-    let (geometry, primitives) = (scene.geometry(), scene.primitives());
-    let slots = slots_in_use(scene);
-    // Slots can share a texture; each is held once.
-    let textures: BTreeMap<_, _> = slots
-        .values()
-        .filter_map(|prim| scene.material(*prim).texture.as_ref())
-        .map(|texture| (Arc::as_ptr(texture), texture.bytes()))
-        .collect();
+    let (geometry, primitives, census) = (scene.geometry(), scene.primitives(), scene.census());
     let tree = geometry.tree_stats().map(|stats| Tree {
         nodes: stats.nodes,
         leaves: stats.leaves,
@@ -105,77 +99,71 @@ fn census(opened: &Opened) -> Census<'_> {
             + size_of_val(&*primitives.spheres)
             + size_of_val(&*primitives.slots),
         accelerator: geometry.accel_bytes(),
-        textures: textures.values().sum(),
+        textures: census.texture_bytes,
     };
-    Census {
+    Ok(Report {
         scene: scene.path().to_string_lossy(),
         objects: scene.objects().len(),
         triangles: primitives.triangles.len(),
         quads: primitives.quads.len(),
         spheres: primitives.spheres.len(),
-        materials: count_materials(slots.keys().map(|slot| scene.slot_material(*slot))),
-        lights: scene.lights().len(),
+        materials: census.materials,
+        lights: census.lights.total(),
+        light_kinds: census.lights,
         background: scene.background(),
-        textures: textures.len(),
+        textures: census.textures,
         bounds: (!primitives.is_empty()).then(|| [geometry.bounds().min, geometry.bounds().max]),
         camera: scene.desc().camera,
         render: scene.desc().render,
         accel: geometry.accel(),
         tree,
         memory,
+        plan: plan(opened)?,
         load_seconds: opened.load_seconds,
         build_seconds: opened.build_seconds,
         warnings: scene.warnings().iter().map(ToString::to_string).collect(),
-    }
+    })
 }
 
-/// Material slots that some primitive has, each with such a primitive.
-fn slots_in_use(scene: &Scene) -> BTreeMap<u32, u32> {
-    let slots = &scene.primitives().slots;
-    slots
-        .iter()
-        .enumerate()
-        .map(|(prim, slot)| (*slot, prim as u32))
-        .collect()
-}
-
-fn count_materials(materials: impl Iterator<Item = MaterialDesc>) -> Materials {
-    // Slots can share a material.
-    let by_name: BTreeMap<String, MaterialDesc> = materials.map(|m| (m.name.clone(), m)).collect();
-    let mut counts = Materials::default();
-    for material in by_name.values() {
-        let kind = match material {
-            MaterialDesc { glass: Some(_), .. } => &mut counts.glass,
-            MaterialDesc { mirror, .. } if *mirror >= 1.0 => &mut counts.mirror,
-            MaterialDesc { mirror, .. } if *mirror > 0.0 => &mut counts.blend,
-            _ => &mut counts.diffuse,
-        };
-        *kind += 1;
-        counts.emitting += usize::from(material.emission != glam::Vec3::ZERO);
-    }
-    counts
+/// The plan, and what it saves, measured.
+fn plan(opened: &Opened) -> Result<Plan, String> {
+    let view = View::of(opened.scene.clone())?;
+    let mut trial = Trial::new(&view, &opened.scene.desc().camera)?;
+    let never = AtomicBool::new(false);
+    let savings = trial.as_mut().map(|trial| {
+        loop {
+            trial.round(&never);
+            if let Some(savings) = trial.savings() {
+                break savings;
+            }
+        }
+    });
+    Ok(Plan {
+        left_out: view.plan().left_out().collect(),
+        savings,
+    })
 }
 
 /// The census for people.
-fn text(census: &Census<'_>) -> String {
-    let Materials {
+fn text(report: &Report<'_>) -> String {
+    let MaterialKinds {
         diffuse,
         blend,
         mirror,
         glass,
         emitting,
-    } = census.materials;
-    let (camera, render) = (&census.camera, &census.render);
+    } = report.materials;
+    let (camera, render) = (&report.camera, &report.render);
     let Memory {
         primitives,
         accelerator: accelerator_bytes,
         textures,
-    } = census.memory;
-    let accelerator = match &census.tree {
-        None => census.accel.to_string(),
+    } = report.memory;
+    let accelerator = match &report.tree {
+        None => report.accel.to_string(),
         Some(tree) => format!(
             "{}: {} nodes, {} leaves, {} references, depth {}, {:.1} bytes per primitive, SAH cost {:.1}",
-            census.accel,
+            report.accel,
             tree.nodes,
             tree.leaves,
             tree.references,
@@ -185,11 +173,11 @@ fn text(census: &Census<'_>) -> String {
         ),
     };
     table(&[
-        ("scene", census.scene.to_string()),
-        ("objects", census.objects.to_string()),
-        ("triangles", census.triangles.to_string()),
-        ("quads", census.quads.to_string()),
-        ("spheres", census.spheres.to_string()),
+        ("scene", report.scene.to_string()),
+        ("objects", report.objects.to_string()),
+        ("triangles", report.triangles.to_string()),
+        ("quads", report.quads.to_string()),
+        ("spheres", report.spheres.to_string()),
         (
             "materials",
             format!(
@@ -199,14 +187,16 @@ fn text(census: &Census<'_>) -> String {
         (
             "lights",
             format!(
-                "{} emitting primitives, background {}",
-                census.lights, census.background
+                "{} emitting primitives{}, background {}",
+                report.lights,
+                light_kinds(&report.light_kinds),
+                report.background
             ),
         ),
-        ("textures", census.textures.to_string()),
+        ("textures", report.textures.to_string()),
         (
             "bounds",
-            census
+            report
                 .bounds
                 .map_or("none".into(), |[min, max]| format!("{min} to {max}")),
         ),
@@ -234,9 +224,45 @@ fn text(census: &Census<'_>) -> String {
                 megabytes(textures)
             ),
         ),
-        ("load", format!("{:.3} s", census.load_seconds)),
-        ("build", format!("{:.3} s", census.build_seconds)),
+        ("plan", plan_text(&report.plan)),
+        ("saves", savings_text(&report.plan)),
+        ("load", format!("{:.3} s", report.load_seconds)),
+        ("build", format!("{:.3} s", report.build_seconds)),
     ])
+}
+
+/// How lights are sampled, in parentheses.
+fn light_kinds(kinds: &LightKinds) -> String {
+    let all = [
+        (kinds.rectangles, "rectangles"),
+        (kinds.parallelograms, "parallelograms"),
+        (kinds.triangles, "triangles"),
+        (kinds.spheres, "spheres"),
+    ];
+    let some = all.iter().filter(|(n, _)| *n > 0);
+    let words: Vec<String> = some.map(|(n, kind)| format!("{n} {kind}")).collect();
+    match &*words {
+        [] => String::new(),
+        words => format!(" ({})", words.join(", ")),
+    }
+}
+
+fn plan_text(plan: &Plan) -> String {
+    let names: Vec<&str> = plan.left_out.iter().map(|part| part.name()).collect();
+    match &*names {
+        [] => "everything is needed".into(),
+        names => format!("without {}", names.join("; ")),
+    }
+}
+
+fn savings_text(plan: &Plan) -> String {
+    let Some(savings) = &plan.savings else {
+        return "nothing".into();
+    };
+    let parts = savings.parts.iter();
+    let parts = parts.map(|(part, saving)| format!("{} {}", part.name(), saving.text()));
+    let parts: Vec<String> = parts.collect();
+    format!("{}: {}", savings.text(), parts.join("; "))
 }
 
 fn megabytes(bytes: usize) -> String {

@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use lightbox_core::film::Lost;
 use lightbox_core::image_io::{self, Format};
 use lightbox_core::part::{self, Parts};
 use serde::Serialize;
@@ -26,6 +27,8 @@ struct Report<'a> {
     seconds: f64,
     noise: Option<f64>,
     invalid_samples: u64,
+    /// Light that the depth leaves out.
+    lost_to_depth: Option<Lost>,
 }
 
 /// Adds parts up and writes the sum. The report is one line, as is the error.
@@ -66,6 +69,7 @@ pub fn run(args: &MergeArgs) -> Result<String, String> {
         seconds: sum.head.seconds,
         noise: sum.noise,
         invalid_samples: *invalid_samples,
+        lost_to_depth: sum.light.lost(),
     };
     if args.json {
         return json_line(&report);

@@ -10,12 +10,10 @@ pub mod merge;
 pub mod race;
 pub mod render;
 
-use std::cell::Cell;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
 
 use lightbox_core::color::ToneMap;
 use lightbox_core::film::InvalidSample;
@@ -24,6 +22,7 @@ use lightbox_core::{Scene, SceneDesc, suggest};
 use serde::Serialize;
 
 use crate::args::Command;
+use crate::spent::Opening;
 
 /// Exit status of a lab in which a case fails.
 const CASE_FAILED: u8 = 1;
@@ -110,25 +109,23 @@ fn open(
     progress: &dyn Fn(Phase),
 ) -> Result<Opened, String> {
     let path = scene_path(given)?;
-    let start = Instant::now();
+    let opening = Opening::start();
     let (source, tone) = crate::saved::load(&path)?;
     let mut desc = source.desc.clone();
     edit(&mut desc)?;
-    let build_start = Cell::new(start);
     let observe = |phase| {
-        if let Phase::BuildingAccelerator(_) = phase {
-            build_start.set(Instant::now());
-        }
+        opening.observe(phase);
         progress(phase);
     };
     let scene = source
         .build_edited(desc, &observe)
         .map_err(|e| e.to_string())?;
+    let [load_seconds, build_seconds] = opening.seconds();
     Ok(Opened {
         scene: Arc::new(scene),
         tone: tone.unwrap_or_default(),
-        load_seconds: (build_start.get() - start).as_secs_f64(),
-        build_seconds: build_start.get().elapsed().as_secs_f64(),
+        load_seconds,
+        build_seconds,
     })
 }
 

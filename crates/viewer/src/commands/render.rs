@@ -2,12 +2,15 @@
 
 use std::borrow::Cow;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressFinish, ProgressStyle};
+use lightbox_core::film::Lost;
 use lightbox_core::part::{self, Head};
+use lightbox_core::plan::Part;
 use lightbox_core::scene::Phase;
 use lightbox_core::settings::UNLIMITED;
+use lightbox_core::work::Times;
 use lightbox_core::{AccelKind, Film, Method, SamplerKind, View, image_io};
 use serde::Serialize;
 
@@ -15,6 +18,7 @@ use super::checkpoint::Checkpoint;
 use super::{Opened, Outcome, json_line, open, print_invalid, print_warning, print_warnings};
 use crate::args::RenderArgs;
 use crate::pace::{Limits, Progress, Stop};
+use crate::spent::{NEGLIGIBLE, Spent};
 use crate::{replay, saved};
 
 /// An interrupt waits this long, seconds, for the samples in work, so that every pixel has as
@@ -44,6 +48,11 @@ struct Report<'a> {
     build_seconds: f64,
     noise: Option<f64>,
     invalid_samples: u64,
+    lost_light: LostLight,
+    /// Seconds; from `camera` on, of all threads together.
+    times: Spent,
+    /// Parts of the model that the scene does not need.
+    left_out: Vec<Part>,
     stopped_by: Stop,
     threads: usize,
     method: Method,
@@ -55,6 +64,18 @@ struct Report<'a> {
     depth: serde_json::Value,
     seed: u64,
     replay: &'a str,
+}
+
+/// Light that is not in the picture, by what keeps it out, as shares of all light.
+#[derive(Serialize)]
+struct LostLight {
+    /// Paths have no more segments than the depth: estimated, none as long as too few paths were
+    /// followed further.
+    depth: Option<Lost>,
+    /// Paths that roulette ends are made up for by those that it spares.
+    roulette: f64,
+    /// The least depth that would lose less than a tenth of the noise.
+    enough_depth: Option<u32>,
 }
 
 /// Renders and writes a picture. The error is one line.
@@ -145,7 +166,7 @@ fn render(args: &RenderArgs) -> Result<Outcome, String> {
     };
     let progress = Progress::resumed(resumed, seconds);
     let trace = || trace(&view, &film, &limits, progress, &bar);
-    let (progress, stop) = match &checkpoint {
+    let (progress, stop, times, mut measuring) = match &checkpoint {
         Some(checkpoint) => checkpoint.during(trace)??,
         None => trace()?,
     };
@@ -168,6 +189,7 @@ fn render(args: &RenderArgs) -> Result<Outcome, String> {
     }
     let settings = view.settings;
     let samples = progress.samples.max(1);
+    let mut display = Duration::ZERO;
     let mut replay = if args.part {
         replay::slice(scene.path(), scene.desc(), first..first + samples)
     } else {
@@ -188,10 +210,17 @@ fn render(args: &RenderArgs) -> Result<Outcome, String> {
             ));
         }
     } else if let Some(output) = &args.output {
+        let start = Instant::now();
         let desc = scene.desc().clone();
         let text = saved::text(&replay, desc, samples, scene.path(), tone);
         image_io::write(output, &film.develop(), tone, &text)?;
+        display = start.elapsed();
     }
+    let start = Instant::now();
+    let noise = film.error().map(|e| e.noise());
+    let light = film.light();
+    measuring += start.elapsed();
+    let threads = rayon::current_num_threads();
     let (invalid_samples, places) = film.invalid();
     print_invalid(invalid_samples, &places);
     let accel = scene.geometry().accel();
@@ -208,10 +237,22 @@ fn render(args: &RenderArgs) -> Result<Outcome, String> {
         seconds: progress.seconds,
         load_seconds,
         build_seconds,
-        noise: film.error().map(|e| e.noise()),
+        noise,
         invalid_samples,
+        lost_light: LostLight {
+            depth: light.lost(),
+            roulette: 0.0,
+            enough_depth: noise.and_then(|noise| light.least_depth(NEGLIGIBLE * noise)),
+        },
+        times: Spent::new(
+            [load_seconds, build_seconds],
+            &times,
+            threads,
+            [measuring, display],
+        ),
+        left_out: view.plan().left_out().collect(),
         stopped_by: stop,
-        threads: rayon::current_num_threads(),
+        threads,
         method: settings.method,
         accel,
         sampler: settings.sampler,
@@ -239,27 +280,31 @@ fn trace(
     limits: &Limits,
     mut progress: Progress,
     bar: &ProgressBar,
-) -> Result<(Progress, Stop), String> {
+) -> Result<(Progress, Stop, Times, Duration), String> {
     let interrupted = super::interrupt_flag()?;
     let never = AtomicBool::new(false);
+    let (mut times, mut measuring) = (Times::default(), Duration::ZERO);
     let shows_noise = !bar.is_hidden() || limits.noise.is_some();
     loop {
         if shows_noise && progress.samples >= progress.next_check {
+            let start = Instant::now();
             progress.checked(film.error().map(|e| e.noise()));
+            measuring += start.elapsed();
         }
         let target = match limits.next(&progress) {
             Ok(target) => target,
-            Err(stop) => return Ok((progress, stop)),
+            Err(stop) => return Ok((progress, stop, times, measuring)),
         };
         if interrupted.load(Ordering::Relaxed) {
-            return Ok((progress, Stop::Interrupt));
+            return Ok((progress, Stop::Interrupt, times, measuring));
         }
         let expected = progress.seconds_per_sample() * (target - progress.samples) as f64;
         let waits = progress.samples > 0 && expected <= PATIENCE;
         let start = Instant::now();
         // Tiles that an earlier sitting has left ahead of the others wait for them.
         let target = film.most_samples().max(film.first() + target);
-        view.render(film, target, if waits { &never } else { &interrupted });
+        let work = view.render(film, target, if waits { &never } else { &interrupted });
+        times += work.times;
         progress.seconds += start.elapsed().as_secs_f64();
         progress.samples = film.samples() - film.first();
         show(bar, limits, &progress, film.work()[1]);
@@ -311,6 +356,15 @@ fn summary(report: &Report<'_>) -> String {
         .noise
         .map(|noise| format!(", noise {noise:.3e}"))
         .unwrap_or_default();
+    let lost = match report.lost_light.depth {
+        None => ", light lost to depth unknown".into(),
+        Some(lost) if lost.share == 0.0 => ", no light lost to depth".to_owned(),
+        Some(lost) => format!(
+            ", {:.2} ± {:.2} % of the light lost to depth",
+            100.0 * lost.share,
+            100.0 * lost.error
+        ),
+    };
     let interrupted = if report.stopped_by == Stop::Interrupt {
         ", interrupted"
     } else {
@@ -322,6 +376,6 @@ fn summary(report: &Report<'_>) -> String {
         spp => format!(" ({spp} of them before)"),
     };
     format!(
-        "{output}{width}x{height}, {spp} spp{resumed} in {seconds:.2} s ({speed:.2} Mrays/s){noise}{interrupted}\n"
+        "{output}{width}x{height}, {spp} spp{resumed} in {seconds:.2} s ({speed:.2} Mrays/s){noise}{lost}{interrupted}\n"
     )
 }

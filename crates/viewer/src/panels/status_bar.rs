@@ -43,6 +43,13 @@ pub fn status_bar_ui(ui: &mut Ui, status: &Status, actions: &mut Vec<Action>) {
         if ui.button("Race").on_hover_text(tip).clicked() {
             actions.push(Action::Race);
         }
+        let tip = format!(
+            "What the scene needs, what is left out, and where the time goes ({})",
+            keys::text(ui.ctx(), &Action::Plan)
+        );
+        if ui.button("Plan").on_hover_text(tip).clicked() {
+            actions.push(Action::Plan);
+        }
         ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
             ui.shrink_clip_rect(ui.max_rect());
             pause(ui, status.activity, actions);
@@ -137,6 +144,14 @@ fn figures(ui: &mut Ui, status: &Status) {
             format!("error {}", percent(error)),
         );
     }
+    figure(
+        ui,
+        "Share of all light that the depth leaves out, from a few paths that are followed to their ends. Roulette loses nothing.",
+        status.lost.map_or_else(
+            || "lost -".into(),
+            |lost| format!("lost {}", percent(lost.share)),
+        ),
+    );
     if status.invalid > 0 {
         let text = format!("{} invalid", count(status.invalid));
         let label = ui.colored_label(ui.visuals().error_fg_color, text);

@@ -15,6 +15,7 @@ use super::history::{History, Moment};
 use super::picture::Picture;
 use super::preview::Governor;
 use super::{Activity, Inbox, Loaded, Reference, Referring, Shared, Shown, Snapshot, lock};
+use crate::savings::{Savings, Trial};
 
 struct Engine<'a> {
     shared: &'a Arc<Shared>,
@@ -40,6 +41,11 @@ struct Engine<'a> {
     reference: Option<Arc<Reference>>,
     budget: Budget,
     outlook: Outlook,
+    /// Seconds that it took to load and to build the scene of the file.
+    opening: [f64; 2],
+    /// Measures what the plan saves.
+    trial: Option<Trial>,
+    savings: Option<Savings>,
 }
 
 /// Serves a session until it ends.
@@ -63,6 +69,9 @@ pub(super) fn run(shared: &Arc<Shared>, pool: &ThreadPool) {
         reference: None,
         budget: Budget::default(),
         outlook: Outlook::default(),
+        opening: [0.0; 2],
+        trial: None,
+        savings: None,
     };
     while let Some(inbox) = engine.next_messages() {
         // A defect must cost one picture, not the window.
@@ -101,7 +110,8 @@ impl Engine<'_> {
         let Some(picture) = &self.picture else {
             return false;
         };
-        self.stale || picture.has_previews() || !(self.paused || picture.is_done())
+        let rests = self.paused || picture.is_done();
+        self.stale || picture.has_previews() || self.trial.is_some() || !rests
     }
 
     fn apply(&mut self, inbox: Inbox) {
@@ -139,6 +149,18 @@ impl Engine<'_> {
         }
         if looks_back {
             self.look_back();
+        }
+        if inbox.measure_plan {
+            self.measure_plan();
+        }
+    }
+
+    /// Sets up what the plan of the present view is measured by.
+    fn measure_plan(&mut self) {
+        let Some(picture) = &self.picture else { return };
+        match Trial::new(&picture.view, &picture.camera) {
+            Ok(trial) => self.trial = trial,
+            Err(message) => self.shared.notify(message, true),
         }
     }
 
@@ -198,10 +220,11 @@ impl Engine<'_> {
     }
 
     /// Goes over to another file.
-    fn open(&mut self, (source, scene, tone): Loaded) {
+    fn open(&mut self, (source, scene, tone, opening): Loaded) {
         self.abandon_rebuild();
         let scene = Arc::new(scene);
         self.source = Some(source);
+        self.opening = opening;
         self.scene = Some(scene.clone());
         self.governor = Governor::default();
         self.tone = tone.unwrap_or(self.tone);
@@ -317,6 +340,7 @@ impl Engine<'_> {
         };
         match View::new(scene, &self.desc.camera, self.desc.render) {
             Ok(view) => {
+                (self.trial, self.savings) = (None, None);
                 let mut picture = Picture::new(view, self.desc.camera, &self.governor);
                 picture.refer(self.reference.clone());
                 let is_edited = self.source.as_ref().is_some_and(|source| {
@@ -353,18 +377,26 @@ impl Engine<'_> {
         let has_work = self.has_work();
         let (stale, tone) = (std::mem::take(&mut self.stale), self.tone);
         let (governor, cancel) = (&mut self.governor, &self.shared.cancel);
+        let (trial, savings) = (&mut self.trial, &mut self.savings);
         let snapshot = match &mut self.picture {
             Some(picture) if has_work => self.pool.install(|| {
                 if picture.has_previews() {
                     picture.preview(governor, cancel, tone)
                 } else if stale {
                     Some(picture.redraw(tone))
+                } else if let Some(trial) = trial {
+                    trial.round(cancel);
+                    *savings = trial.savings();
+                    None
                 } else {
                     picture.slice(governor, cancel, tone)
                 }
             }),
             _ => None,
         };
+        if self.savings.is_some() {
+            self.trial = None;
+        }
         if let Some(snapshot) = snapshot {
             self.show(snapshot);
             self.record();
@@ -415,6 +447,11 @@ impl Engine<'_> {
             status.noise = error.map(|e| e.noise());
             status.true_error = picture.true_error();
             status.invalid = invalid;
+            (status.lost, status.enough_depth) = (picture.lost(), picture.enough_depth());
+            status.left_out = picture.view.plan().left_out().collect();
+            status.is_measuring = self.trial.is_some();
+            status.savings.clone_from(&self.savings);
+            status.spent = picture.spent(self.opening, self.pool.current_num_threads());
             status.share = picture.limits.fraction(&picture.progress);
             (status.budget, status.forecast) = (self.budget, self.outlook.forecast);
             status.promise = self.outlook.promise;

@@ -29,6 +29,7 @@ use lightbox_core::compare::check_size;
 use lightbox_core::scene::{Scene, Source};
 
 use crate::saved;
+use crate::spent::Opening;
 use background::Loading;
 
 pub use budget::Budget;
@@ -52,6 +53,7 @@ struct Inbox {
     reference: Option<Referring>,
     past: Option<Option<Moment>>,
     clear_history: bool,
+    measure_plan: bool,
     quit: bool,
 }
 
@@ -74,6 +76,7 @@ impl Inbox {
             reference,
             past,
             clear_history,
+            measure_plan,
             quit,
         } = self;
         let is_same_scene = opened.is_none() && rebuilt.is_none() && edit.is_none();
@@ -84,12 +87,13 @@ impl Inbox {
             && reference.is_none()
             && past.is_none()
             && !clear_history
+            && !measure_plan
             && !quit
     }
 }
 
-/// A scene from a file; the tone map if the file has one.
-type Loaded = (Source, Scene, Option<ToneMap>);
+/// A scene from a file; the tone map if the file has one; seconds of loading and of building.
+type Loaded = (Source, Scene, Option<ToneMap>, [f64; 2]);
 
 /// What the engine has for the user.
 #[derive(Default)]
@@ -189,9 +193,14 @@ impl Session {
             |outbox| &mut outbox.opening,
             path.display().to_string(),
             move |progress| {
+                let opening = Opening::start();
                 let (source, tone) = saved::load(&path)?;
-                let scene = source.build(progress).map_err(|e| e.to_string())?;
-                Ok(Box::new((source, scene, tone)))
+                let observe = |phase| {
+                    opening.observe(phase);
+                    progress(phase);
+                };
+                let scene = source.build(&observe).map_err(|e| e.to_string())?;
+                Ok(Box::new((source, scene, tone, opening.seconds())))
             },
             |inbox, _, opened| inbox.opened = Some(opened),
         );
@@ -243,6 +252,12 @@ impl Session {
     /// Drops the curves of earlier pictures.
     pub fn clear_history(&self) {
         self.shared.send(false, |inbox| inbox.clear_history = true);
+    }
+
+    /// Has what the plan saves of the present view measured in the background, once; the picture
+    /// rests meanwhile.
+    pub fn measure_plan(&self) {
+        self.shared.send(false, |inbox| inbox.measure_plan = true);
     }
 
     /// Asks for a kept picture, or for none; rendering goes on.

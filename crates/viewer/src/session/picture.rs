@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use lightbox_core::color::ToneMap;
 use lightbox_core::compare::{check_size, relative_square};
-use lightbox_core::film::{BAND_FROM, Developed, ErrorEstimate, TileError};
+use lightbox_core::film::{BAND_FROM, Developed, ErrorEstimate, Light, Lost, TileError};
 use lightbox_core::image_io::tone_mapped;
 use lightbox_core::scene::CameraDesc;
 use lightbox_core::work::Work;
@@ -20,6 +20,7 @@ use super::history::Point;
 use super::preview::{Governor, enlarge};
 use super::{Reference, Snapshot};
 use crate::pace::{Limits, Progress};
+use crate::spent::{NEGLIGIBLE, Spent};
 
 /// How long a slice of samples should take: long enough to be cheap, short enough that the
 /// window stays fresh. A wish interrupts it anyway.
@@ -64,6 +65,10 @@ pub(super) struct Picture {
     true_errors: Vec<Option<f64>>,
     /// How long it took to show the last slice.
     showing: Duration,
+    /// Where the light comes from, as of the last pass that measured it.
+    light: Light,
+    /// Time spent on measuring and on display, all threads at once.
+    overhead: [Duration; 2],
 }
 
 impl Picture {
@@ -87,6 +92,8 @@ impl Picture {
             goal: 0,
             rgb: Vec::new(),
             showing: Duration::ZERO,
+            light: Light::default(),
+            overhead: [Duration::ZERO; 2],
         }
     }
 
@@ -104,6 +111,21 @@ impl Picture {
     /// Estimated error of what is shown, as of the last pass that measured it.
     pub fn error(&self) -> Option<ErrorEstimate> {
         ErrorEstimate::of(self.errors.iter().copied())
+    }
+
+    /// Light that the depth leaves out.
+    pub fn lost(&self) -> Option<Lost> {
+        self.light.lost()
+    }
+
+    /// The least depth that would lose less than a tenth of the noise.
+    pub fn enough_depth(&self) -> Option<u32> {
+        self.light.least_depth(NEGLIGIBLE * self.error()?.noise())
+    }
+
+    /// Where the time went.
+    pub fn spent(&self, opening: [f64; 2], threads: usize) -> Spent {
+        Spent::new(opening, &self.work.times, threads, self.overhead)
     }
 
     /// Compares the picture with a reference from now on, tile by tile as they are measured.
@@ -201,6 +223,7 @@ impl Picture {
         self.next_tile = tiles.end;
         let start = Instant::now();
         self.draw(tiles.clone(), tone);
+        self.overhead[1] += start.elapsed();
         if self.is_measured {
             self.measure(tiles);
         }
@@ -220,6 +243,7 @@ impl Picture {
             self.is_measured = true;
         }
         if self.is_measured {
+            self.light = self.film.light();
             self.measured = self.progress.samples;
             if self.measured >= self.progress.next_check {
                 self.progress.checked(self.error().map(|e| e.noise()));
@@ -229,6 +253,7 @@ impl Picture {
 
     /// Measures the error of some tiles.
     fn measure(&mut self, tiles: Range<usize>) {
+        let begin = Instant::now();
         let (film, reference) = (&self.film, self.reference.as_deref());
         let start = tiles.start;
         let errors: Vec<_> = tiles
@@ -241,6 +266,7 @@ impl Picture {
         for (i, errors) in (start..).zip(errors) {
             (self.errors[i], self.true_errors[i]) = errors;
         }
+        self.overhead[0] += begin.elapsed();
     }
 
     /// The tiles of the next slice; starts a pass where one has ended.

@@ -4,12 +4,16 @@ use std::sync::Arc;
 
 use lightbox_core::SceneDesc;
 use lightbox_core::color::ToneMap;
+use lightbox_core::film::Lost;
 use lightbox_core::forecast::Forecast;
+use lightbox_core::plan::Part;
 use lightbox_core::scene::{Phase, Scene};
 
 use super::budget::Budget;
 use super::history::Point;
 use super::reference::Reference;
+use crate::savings::Savings;
+use crate::spent::Spent;
 
 /// A picture ready to be shown.
 #[derive(Debug)]
@@ -85,6 +89,18 @@ pub struct Status {
     pub reference: Option<Arc<Reference>>,
     /// Samples that were not numbers.
     pub invalid: u64,
+    /// Light that the depth leaves out, as far as that is known.
+    pub lost: Option<Lost>,
+    /// The least depth that would lose less than a tenth of the noise.
+    pub enough_depth: Option<u32>,
+    /// What the picture is made without.
+    pub left_out: Vec<Part>,
+    /// Whether it is being measured what that saves.
+    pub is_measuring: bool,
+    /// What that saves, once it was measured.
+    pub savings: Option<Savings>,
+    /// Where the time went.
+    pub spent: Spent,
     /// When the picture is done.
     pub budget: Budget,
     /// How far that is, 0 to 1.

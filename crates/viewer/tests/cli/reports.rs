@@ -34,6 +34,7 @@ fn help_names_every_command_and_option() {
         "--accel",
         "--sampler",
         "--seed",
+        "--full-model",
         "--threads",
         "--exposure",
         "--tone",
@@ -131,7 +132,12 @@ fn without_json_the_report_is_one_line_for_people() {
         path.to_str().unwrap(),
     ]);
     assert_eq!(text.lines().count(), 1, "{text}");
-    for part in ["a.png: 8x8, 2 spp in ", " Mrays/s", "noise "] {
+    for part in [
+        "a.png: 8x8, 2 spp in ",
+        " Mrays/s",
+        "noise ",
+        "lost to depth",
+    ] {
         assert!(text.contains(part), "{text}");
     }
 }
@@ -217,6 +223,86 @@ fn info_counts_what_a_scene_holds() {
         1,
         "{table}"
     );
+}
+
+#[test]
+fn the_report_tells_what_is_lost_and_where_the_time_goes() {
+    let options = ["--size", "64x32", "--spp", "1024", "--json", "--depth"];
+    let report = |depth: &str| {
+        json(
+            ["render", "sphere-mirror"]
+                .iter()
+                .chain(&options)
+                .chain(&[depth]),
+        )
+    };
+    let shallow = report("2");
+    let lost = &shallow["lost_light"];
+    assert_eq!(lost["roulette"], 0.0);
+    let share = lost["depth"]["share"]
+        .as_f64()
+        .expect("paths were followed");
+    let error = lost["depth"]["error"].as_f64().expect("on many tiles");
+    assert!(
+        (0.05..0.9).contains(&share) && error < 0.2 * share,
+        "{lost}"
+    );
+    assert!(lost["enough_depth"].as_u64() > Some(2), "{lost}");
+    let times = shallow["times"].as_object().expect("times");
+    for (stage, seconds) in times {
+        // Nothing is shown.
+        assert!(
+            seconds.as_f64() > Some(0.0) || stage == "display",
+            "{stage}: {times:?}"
+        );
+    }
+    assert_eq!(times.len(), 9);
+    let unlimited = report("unlimited");
+    assert_eq!(unlimited["lost_light"]["depth"]["share"], 0.0);
+    assert_eq!(
+        shallow["left_out"],
+        serde_json::json!(["tree", "light-choice"])
+    );
+}
+
+#[test]
+fn the_full_model_gives_the_same_picture() {
+    let folder = Folder::new();
+    let [planned, full] = ["a.exr", "b.exr"].map(|name| folder.path(name));
+    let options = "--size 20x16 --spp 4 --method nee --depth 2";
+    render("sphere-mirror", options, &planned);
+    let report = render("sphere-mirror", &format!("{options} --full-model"), &full);
+    assert_eq!(report["left_out"], serde_json::json!([]));
+    assert_eq!(report["accel"], "bvh");
+    let [planned, full] = [planned, full].map(|path| read(&path).unwrap());
+    assert!(crate::bits(&planned) == crate::bits(&full));
+}
+
+#[test]
+fn info_tells_the_plan_and_what_it_saves() {
+    let report = json(["info", "cornell-box", "--json"]);
+    let plan = &report["plan"];
+    assert_eq!(
+        plan["left_out"],
+        serde_json::json!(["surfaces", "light-choice"])
+    );
+    let savings = &plan["savings"];
+    assert!(savings["full_ms"].as_f64() > Some(0.0), "{savings}");
+    let parts = savings["parts"].as_array().expect("parts");
+    assert_eq!(parts.len(), 2);
+    assert!(
+        parts
+            .iter()
+            .all(|part| part[1]["error"].as_f64() >= Some(0.0))
+    );
+    assert_eq!(report["light_kinds"]["rectangles"], 1);
+    let table = ok(["info", "cornell-box"]);
+    for words in [
+        "without mirror, glass, textures; choice of light",
+        "ms per sample of every pixel",
+    ] {
+        assert!(table.contains(words), "{table}");
+    }
 }
 
 #[test]

@@ -8,6 +8,7 @@ mod files;
 mod lab;
 mod layout;
 mod objects;
+mod plan;
 mod race;
 mod settings;
 mod window;
