@@ -1,6 +1,5 @@
 //! From how many primitives on a tree pays: what it takes to build, what it saves per ray, and
-//! after how many rays it has paid. `cargo bench -p lightbox-core --bench break_even`; docs/plan.md
-//! has the figures and the rule that `auto` takes from them.
+//! after how many rays it has paid. `cargo bench -p lightbox-core --bench break_even`.
 
 use std::hint::black_box;
 use std::time::Instant;
