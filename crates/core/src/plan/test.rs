@@ -271,12 +271,17 @@ fn the_full_model_can_be_set() {
 #[test]
 fn a_part_that_is_needed_is_missed() {
     let scene = everything();
-    for (method, part) in [
-        (Method::Mis, Part::Surfaces),
-        (Method::Mis, Part::LightChoice),
-        (Method::Nee, Part::LastSegment),
+    for (method, part, depth) in [
+        (Method::Mis, Part::Surfaces, 9),
+        (Method::Mis, Part::LightChoice, 9),
+        // What the mirror shows of the background and of lamps.
+        (Method::Nee, Part::LastSegment, 2),
     ] {
-        let full = small(&scene, method).full().expect("a view");
+        let full = view(&scene, |s| {
+            (s.width, s.height, s.samples) = (40, 24, 4);
+            (s.method, s.depth) = (method, depth);
+        });
+        let full = full.full().expect("a view");
         let lacking = without(&full, &[part]);
         assert!(
             bits(&picture(&lacking)) != bits(&picture(&full)),
