@@ -218,20 +218,14 @@ impl Wave {
     /// Adds the light that the paths have run into, aims at lights, and sends the paths on, as far
     /// as the `step` goes; those that end are taken out.
     fn shade(&mut self, transport: &Transport<'_>, bounce: u32, step: Step) {
-        let has_surfaces = transport.plan.has(Part::Surfaces);
         match transport.scene.geometry().kernel() {
-            Kernel::Portable if has_surfaces => self.shade_all::<true>(transport, bounce, step),
-            Kernel::Portable => self.shade_all::<false>(transport, bounce, step),
+            Kernel::Portable => self.shade_all(transport, bounce, step),
             #[cfg(target_arch = "x86_64")]
             Kernel::Avx2 => {
                 #[expect(unsafe_code, reason = "enters a SIMD kernel")]
                 // SAFETY: the kernel is AVX2 only on machines that have it; see `Kernel`.
                 unsafe {
-                    if has_surfaces {
-                        self.shade_avx2::<true>(transport, bounce, step);
-                    } else {
-                        self.shade_avx2::<false>(transport, bounce, step);
-                    }
+                    self.shade_avx2(transport, bounce, step);
                 }
             }
         }
@@ -239,40 +233,29 @@ impl Wave {
 
     #[cfg(target_arch = "x86_64")]
     #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-    fn shade_avx2<const SURFACES: bool>(
-        &mut self,
-        transport: &Transport<'_>,
-        bounce: u32,
-        step: Step,
-    ) {
-        self.shade_all::<SURFACES>(transport, bounce, step);
+    fn shade_avx2(&mut self, transport: &Transport<'_>, bounce: u32, step: Step) {
+        self.shade_all(transport, bounce, step);
     }
 
-    /// Without `SURFACES`, all of them are diffuse and plain.
     #[inline(always)]
-    fn shade_all<const SURFACES: bool>(
-        &mut self,
-        transport: &Transport<'_>,
-        bounce: u32,
-        step: Step,
-    ) {
+    fn shade_all(&mut self, transport: &Transport<'_>, bounce: u32, step: Step) {
         self.shadow_rays.clear();
         let method = transport.method;
         let aims = method != Method::Naive && !transport.scene.lights().is_empty();
         let mut kept = 0;
         for first in (0..self.paths.len()).step_by(GROUP) {
-            self.meet::<SURFACES>(transport, first, step == Step::Meet);
+            self.meet(transport, first, step == Step::Meet);
             if step == Step::Meet {
                 continue;
             }
             let vertices = &mut self.vertices;
             if aims && vertices.any_diffuse {
-                vertices.aim::<SURFACES>(transport, bounce, &mut self.shadow_rays);
+                vertices.aim(transport, bounce, &mut self.shadow_rays);
             }
             if step == Step::Aim {
                 continue;
             }
-            vertices.scatter::<SURFACES>(bounce);
+            vertices.scatter(bounce);
             for lane in 0..vertices.count {
                 if vertices.direction_pdf[lane] > 0.0 {
                     self.paths[kept] = vertices.path(lane);
@@ -288,12 +271,7 @@ impl Wave {
     /// Gathers the vertices of the paths from `first` on, as many as make a group, and adds the
     /// light that these paths have run into.
     #[inline(always)]
-    fn meet<const SURFACES: bool>(
-        &mut self,
-        transport: &Transport<'_>,
-        first: usize,
-        is_last: bool,
-    ) {
+    fn meet(&mut self, transport: &Transport<'_>, first: usize, is_last: bool) {
         let Transport { scene, method, .. } = *transport;
         let end = (first + GROUP).min(self.paths.len());
         let (paths, rays) = (&self.paths[first..end], &self.rays[first..end]);
@@ -340,12 +318,8 @@ impl Wave {
             }
             if !is_last {
                 let n = if front { point.n } else { -point.n };
-                if SURFACES {
-                    let bsdf = material.bsdf(|| scene.primitives().uv(hit));
-                    vertices.set_surface(lane, n, front, bsdf);
-                } else {
-                    vertices.set_diffuse(lane, n, material.albedo);
-                }
+                let bsdf = material.bsdf(|| scene.primitives().uv(hit));
+                vertices.set_surface(lane, n, front, bsdf);
             }
         }
     }

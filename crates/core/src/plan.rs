@@ -17,9 +17,6 @@ pub enum Part {
     /// A tree over the primitives. Not needed if they are so few that testing all of them takes
     /// no longer.
     Tree,
-    /// Mirror, glass, blends and textures at each vertex. Not needed if all surfaces are diffuse
-    /// and plain.
-    Surfaces,
     /// The choice of a light and of a way to sample it. Not needed if there is one light.
     LightChoice,
     /// The last segment of paths. Not needed by the method `nee` if no path meets mirror or
@@ -29,18 +26,12 @@ pub enum Part {
 
 impl Part {
     /// Every part.
-    pub const ALL: [Self; 4] = [
-        Self::Tree,
-        Self::Surfaces,
-        Self::LightChoice,
-        Self::LastSegment,
-    ];
+    pub const ALL: [Self; 3] = [Self::Tree, Self::LightChoice, Self::LastSegment];
 
     /// What it is, in a word or two.
     pub fn name(self) -> &'static str {
         match self {
             Self::Tree => "tree",
-            Self::Surfaces => "mirror, glass, textures",
             Self::LightChoice => "choice of light",
             Self::LastSegment => "last segment",
         }
@@ -65,10 +56,8 @@ impl Plan {
         if settings.full_model {
             return Self::FULL;
         }
-        let is_plain = census.materials.specular() + census.textures == 0;
         let without = Part::ALL.map(|part| match part {
             Part::Tree => settings.accel == AccelKind::Auto && geometry.accel() == AccelKind::Brute,
-            Part::Surfaces => is_plain,
             Part::LightChoice => census.lights.total() == 1,
             Part::LastSegment => {
                 settings.method == Method::Nee

@@ -154,30 +154,20 @@ impl Vertices {
     /// Sets what the surface of a lane is like, and the side from which it is seen.
     #[inline(always)]
     pub fn set_surface(&mut self, lane: usize, n: Vec3, front: bool, bsdf: Bsdf) {
-        self.set_diffuse(lane, n, bsdf.diffuse());
+        self.n.set(lane, n);
+        let diffuse = bsdf.diffuse();
+        self.diffuse.set(lane, diffuse);
         self.diffuse_share[lane] = bsdf.diffuse_share();
+        self.any_diffuse |= diffuse != Vec3::ZERO;
         if !matches!(bsdf, Bsdf::Diffuse(_)) {
             self.others.push((lane, front, bsdf));
         }
     }
 
-    /// Sets the reflectance of a lane that is diffuse, and the side from which it is seen.
-    #[inline(always)]
-    pub fn set_diffuse(&mut self, lane: usize, n: Vec3, diffuse: Vec3) {
-        self.n.set(lane, n);
-        self.diffuse.set(lane, diffuse);
-        self.any_diffuse |= diffuse != Vec3::ZERO;
-    }
-
     /// Aims at one point of one light from each lane that scatters diffusely: the light that would
     /// reach it from there and leave along the path, over the probability of the choice.
     #[inline(always)]
-    pub fn aim<const SURFACES: bool>(
-        &mut self,
-        transport: &Transport<'_>,
-        bounce: u32,
-        rays: &mut Vec<ShadowRay>,
-    ) {
+    pub fn aim(&mut self, transport: &Transport<'_>, bounce: u32, rays: &mut Vec<ShadowRay>) {
         let (scene, is_mis) = (transport.scene, transport.method == Method::Mis);
         let is_one = !transport.plan.has(Part::LightChoice);
         let (samplers, lights) = (&self.samplers, &mut self.lights);
@@ -194,12 +184,7 @@ impl Vertices {
             let (n, pdf) = (self.n.get(lane), lights.pdf[lane]);
             let toward = (light.p - point.p).normalize();
             let cos = n.dot(toward);
-            let share = if SURFACES {
-                self.diffuse_share[lane]
-            } else {
-                1.0
-            };
-            let direction_pdf = share * cos * FRAC_1_PI;
+            let direction_pdf = self.diffuse_share[lane] * cos * FRAC_1_PI;
             let weight = if is_mis {
                 power_heuristic(pdf, direction_pdf)
             } else {
@@ -243,11 +228,11 @@ impl Vertices {
 
     /// Draws where the paths go from their surfaces, and whether.
     #[inline(always)]
-    pub fn scatter<const SURFACES: bool>(&mut self, bounce: u32) {
-        if !SURFACES || self.others.len() < self.count {
+    pub fn scatter(&mut self, bounce: u32) {
+        if self.others.len() < self.count {
             self.scatter_diffuse(bounce);
         }
-        for (lane, front, bsdf) in self.others.iter().filter(|_| SURFACES) {
+        for (lane, front, bsdf) in &self.others {
             let (lane, sampler) = (*lane, self.samplers.get(*lane));
             let lobe = || sampler.get_1d(Dim::Lobe(bounce));
             let u = || sampler.get_2d(Dim::BsdfDirection(bounce));

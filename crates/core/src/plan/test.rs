@@ -114,7 +114,7 @@ fn left_out(view: &View) -> Vec<Part> {
 
 #[test]
 fn every_shipped_scene_is_counted() {
-    use Part::{LightChoice, Surfaces, Tree};
+    use Part::{LightChoice, Tree};
     // Triangles, quads, spheres; diffuse, blends, mirrors, glasses; lights; background; what the
     // default method goes without.
     type Row = (
@@ -132,7 +132,7 @@ fn every_shipped_scene_is_counted() {
             [5, 0, 0, 0],
             1,
             false,
-            &[Surfaces, LightChoice],
+            &[LightChoice],
         ),
         (
             "teddy-mirror",
@@ -156,7 +156,7 @@ fn every_shipped_scene_is_counted() {
             [4, 0, 0, 0],
             1,
             false,
-            &[Surfaces, LightChoice],
+            &[LightChoice],
         ),
         (
             "glass-sphere",
@@ -173,7 +173,7 @@ fn every_shipped_scene_is_counted() {
             [5, 0, 0, 0],
             1,
             false,
-            &[Surfaces, LightChoice],
+            &[LightChoice],
         ),
     ];
     assert_eq!(expected.len(), BUILTIN.len());
@@ -272,7 +272,6 @@ fn the_full_model_can_be_set() {
 fn a_part_that_is_needed_is_missed() {
     let scene = everything();
     for (method, part, depth) in [
-        (Method::Mis, Part::Surfaces, 9),
         (Method::Mis, Part::LightChoice, 9),
         // What the mirror shows of the background and of lamps.
         (Method::Nee, Part::LastSegment, 2),

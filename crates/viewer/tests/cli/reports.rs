@@ -244,7 +244,7 @@ fn the_report_tells_what_is_lost_and_where_the_time_goes() {
         .expect("paths were followed");
     let error = lost["depth"]["error"].as_f64().expect("on many tiles");
     assert!(
-        (0.05..0.9).contains(&share) && error < 0.2 * share,
+        (0.05..0.9).contains(&share) && error > 0.0 && error < 0.5 * share,
         "{lost}"
     );
     assert!(lost["enough_depth"].as_u64() > Some(2), "{lost}");
@@ -289,7 +289,7 @@ fn info_tells_the_plan_and_what_it_saves() {
     let savings = &plan["savings"];
     assert!(savings["full_ms"].as_f64() > Some(0.0), "{savings}");
     let parts = savings["parts"].as_array().expect("parts");
-    assert_eq!(parts.len(), 2);
+    assert_eq!(parts.len(), 1);
     assert!(
         parts
             .iter()
@@ -297,10 +297,7 @@ fn info_tells_the_plan_and_what_it_saves() {
     );
     assert_eq!(report["light_kinds"]["rectangles"], 1);
     let table = ok(["info", "cornell-box"]);
-    for words in [
-        "without mirror, glass, textures; choice of light",
-        "ms per sample of every pixel",
-    ] {
+    for words in ["without choice of light", "ms per sample of every pixel"] {
         assert!(table.contains(words), "{table}");
     }
 }

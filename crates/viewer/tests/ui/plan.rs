@@ -32,9 +32,9 @@ fn the_plan_says_what_is_left_out_and_escape_closes() {
     ] {
         assert!(shows(&window, text), "{text}");
     }
-    let expected = [Part::Tree, Part::Surfaces, Part::LightChoice];
+    let expected = [Part::Tree, Part::LightChoice];
     assert_eq!(window.status().left_out, expected);
-    assert_eq!(window.harness.query_all_by_label("left out").count(), 3);
+    assert_eq!(window.harness.query_all_by_label("left out").count(), 2);
     window.key(Modifiers::NONE, Key::Escape);
     assert!(!shows(&window, "not measured yet"));
     window.click("Plan");
