@@ -282,10 +282,7 @@ fn the_full_model_gives_the_same_picture() {
 fn info_tells_the_plan_and_what_it_saves() {
     let report = json(["info", "cornell-box", "--json"]);
     let plan = &report["plan"];
-    assert_eq!(
-        plan["left_out"],
-        serde_json::json!(["surfaces", "light-choice"])
-    );
+    assert_eq!(plan["left_out"], serde_json::json!(["light-choice"]));
     let savings = &plan["savings"];
     assert!(savings["full_ms"].as_f64() > Some(0.0), "{savings}");
     let parts = savings["parts"].as_array().expect("parts");

@@ -49,7 +49,7 @@ fn savings_are_measured_on_demand_and_belong_to_their_view() {
     window.wait("the savings", |w| w.status().savings.is_some());
     let status = window.status();
     let savings = status.savings.expect("savings");
-    assert_eq!(savings.parts.len(), 3);
+    assert_eq!(savings.parts.len(), 2);
     assert!(!status.is_measuring && status.samples == samples);
     assert!(shows(&window, &format!("saves {}", savings.text())));
     // Done: nothing is left to do.
