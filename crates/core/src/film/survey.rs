@@ -152,8 +152,7 @@ impl Light {
         })
     }
 
-    /// Share of all light that paths of more than `depth` segments bring; known up to
-    /// [`LENGTHS`] − 1.
+    /// Share of all light that paths of more than `depth` segments bring; known up to 63.
     pub fn beyond(&self, depth: u32) -> Option<f64> {
         let all = self.sum.total();
         let within = usize::try_from(depth).ok().filter(|d| *d < LENGTHS)?;
