@@ -19,7 +19,7 @@ use super::budget::Budget;
 use super::history::Point;
 use super::preview::{Governor, enlarge};
 use super::{Reference, Snapshot};
-use crate::pace::{Limits, Progress};
+use crate::pace::{FIRST_CHECK, Limits, Progress};
 use crate::spent::{NEGLIGIBLE, Spent};
 
 /// How long a slice of samples should take: long enough to be cheap, short enough that the
@@ -285,9 +285,15 @@ impl Picture {
             let limit = self.limits.next(&self.progress).unwrap_or(have);
             self.goal = (have + more).min(limit);
             self.next_tile = 0;
-            // As rare as the checks of a limit, and at those; the first passes all.
-            self.is_measured = self.goal >= self.measured + (self.measured / 8).max(1)
-                || self.goal >= self.progress.next_check;
+            // At the checks of a limit and as rarely as those, before them rarer still: measuring
+            // takes a twentieth of a sample.
+            let more = match self.measured {
+                0..2 => 1,
+                few @ 2..FIRST_CHECK => (few / 2).max(2),
+                many => many / 8,
+            };
+            self.is_measured =
+                self.goal >= self.measured + more || self.goal >= self.progress.next_check;
         }
         let share = paths / (pixels * (self.goal - have) as f64);
         let count = (tiles as f64 * share) as usize;
