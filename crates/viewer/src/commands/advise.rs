@@ -3,7 +3,9 @@
 //!
 //! One setting after the other is tried in all its values while the rest stays at the best so far.
 //! Trials are small pictures of the same view, which take turns so that a busy machine is busy for
-//! all. What counts is the forecast from each trial's curve.
+//! all. They are compared as if their error fell with the root of the time from where they ended:
+//! a slope fitted to a short curve would decide by chance what is far off. The forecast is that of
+//! the curve of the best.
 
 use std::fmt::Write as _;
 use std::sync::Arc;
@@ -19,7 +21,8 @@ use lightbox_core::{
 
 use super::{Opened, Outcome, json_line, open, print_warnings};
 use crate::args::AdviseArgs;
-use crate::pace::{Limits, Progress};
+use crate::pace::{FIRST_CHECK, Limits, Progress};
+use crate::panels::format::seconds;
 use crate::replay;
 
 /// Samples per pixel of a trial: doubled from one mark of its curve to the next.
@@ -45,6 +48,8 @@ const DEPTHS: [u32; 8] = [2, 3, 4, 6, 8, 12, 16, 32];
 struct Trial {
     settings: RenderSettings,
     forecast: Forecast,
+    /// Seconds to the error, or error after the seconds, that are asked for.
+    cost: f64,
     image: Image,
 }
 
@@ -206,7 +211,7 @@ impl Adviser {
         let trials = self.trials(&candidates)?;
         let cost = |trial: &Trial| {
             let handicap = if trial.settings == used { CLEAR } else { 1.0 };
-            handicap * self.cost(trial)
+            handicap * trial.cost
         };
         let best = trials.iter().min_by(|a, b| cost(a).total_cmp(&cost(b)));
         let best = best.ok_or("nothing was tried")?.clone();
@@ -304,13 +309,15 @@ impl Adviser {
             }
         }
         let trial = |(film, _, mut marks, settings): (Film, View, Vec<Mark>, RenderSettings)| {
+            let cost = self.cost(&marks)?;
             // A curve that has passed the goal foretells nothing: only what comes before it counts.
             while marks.len() > 3 && marks.last().is_some_and(|mark| self.is_past(mark)) {
                 marks.pop();
             }
             Some(Trial {
                 settings,
-                forecast: forecast(&marks, self.goal)?,
+                forecast: self.foretell(&marks)?,
+                cost,
                 image: film.develop(),
             })
         };
@@ -325,18 +332,33 @@ impl Adviser {
         }
     }
 
-    /// What is to be small.
-    fn cost(&self, trial: &Trial) -> f64 {
+    /// How a render with a curve will end. Its error is not looked at before it has some samples.
+    fn foretell(&self, marks: &[Mark]) -> Option<Forecast> {
+        let foretold = forecast(marks, self.goal)?;
         match self.goal {
-            Goal::Noise(_) => trial.forecast.seconds.value,
-            _ => trial.forecast.noise.map_or(f64::INFINITY, |n| n.value),
+            Goal::Noise(_) if foretold.samples.value < FIRST_CHECK as f64 => {
+                forecast(marks, Goal::Samples(FIRST_CHECK))
+            }
+            _ => Some(foretold),
         }
+    }
+
+    /// What is to be small, from where a curve ends.
+    fn cost(&self, marks: &[Mark]) -> Option<f64> {
+        let (start, end) = (marks.first()?, marks.last()?);
+        let (build, noise) = (start.seconds, end.noise?);
+        let traced = end.seconds - build;
+        Some(match self.goal {
+            Goal::Noise(goal) => build + traced * (noise / goal).powi(2),
+            Goal::Seconds(goal) => noise * (traced / (goal - build).max(f64::MIN_POSITIVE)).sqrt(),
+            Goal::Samples(goal) => build + traced * goal as f64 / end.samples as f64,
+        })
     }
 
     fn words(&self, trial: &Trial) -> String {
         match self.goal {
-            Goal::Noise(_) => format!("{:.3} s", trial.forecast.seconds.value),
-            _ => format!("{:.3} %", 100.0 * self.cost(trial)),
+            Goal::Seconds(_) => format!("{:.3} %", 100.0 * trial.cost),
+            _ => seconds(trial.cost),
         }
     }
 }
@@ -437,21 +459,22 @@ fn text(
     });
     let _ = writeln!(
         text,
-        "foretold: {:.0} spp in {:.2} s ({:.2} to {:.2}){noise}\n{command}",
+        "foretold: {:.0} spp in {} ({} to {}){noise}\n{command}",
         f.samples.value.ceil(),
-        f.seconds.value,
-        f.seconds.low,
-        f.seconds.high
+        seconds(f.seconds.value),
+        seconds(f.seconds.low),
+        seconds(f.seconds.high)
     );
-    if let Some((samples, seconds, error)) = outcome {
-        let verdict = if holds(f, adviser.goal, seconds, error) {
+    if let Some((samples, time, error)) = outcome {
+        let verdict = if holds(f, adviser.goal, time, error) {
             "as foretold"
         } else {
             "not as foretold"
         };
         let _ = writeln!(
             text,
-            "took: {samples} spp in {seconds:.2} s, error {:.3} %: {verdict}",
+            "took: {samples} spp in {}, error {:.3} %: {verdict}",
+            seconds(time),
             100.0 * error
         );
     }
