@@ -86,10 +86,8 @@ impl View {
     pub fn with(&self, part: Part) -> Result<Self, String> {
         let mut view = self.clone();
         if part == Part::Tree && !self.plan.has(part) {
-            let mut desc = self.scene.desc().clone();
-            desc.render.accel = AccelKind::Bvh;
-            let scene = self.scene.edit(desc, &|_| ());
-            view.scene = std::sync::Arc::new(scene.map_err(|e| e.to_string())?);
+            let scene = self.scene.with_accel(AccelKind::Bvh);
+            view.scene = scene.map_err(|e| e.to_string())?;
         }
         view.plan = self.plan.with(part);
         Ok(view)

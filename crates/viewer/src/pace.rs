@@ -1,6 +1,7 @@
 //! How far to render next and when to stop. Pure: it is told the time, and whatever it is told,
 //! the samples themselves stay the same.
 
+use lightbox_core::forecast::Goal;
 use serde::Serialize;
 
 /// How long a batch of samples should take, seconds: rare enough to cost nothing, often enough
@@ -90,6 +91,17 @@ impl Progress {
 }
 
 impl Limits {
+    /// Where to stop for a goal.
+    pub fn at(goal: Goal) -> Self {
+        let mut limits = Self::default();
+        match goal {
+            Goal::Samples(samples) => limits.samples = Some(samples),
+            Goal::Seconds(seconds) => limits.seconds = Some(seconds),
+            Goal::Noise(noise) => limits.noise = Some(noise),
+        }
+        limits
+    }
+
     /// The samples per pixel to render up to next, or why to stop.
     pub fn next(&self, progress: &Progress) -> Result<u64, Stop> {
         let have = progress.samples;

@@ -28,6 +28,7 @@ use crate::geometry::{Geometry, Hit, Primitives};
 use crate::light::Lights;
 use crate::material::Material;
 use crate::math::{Aabb, Ray};
+use crate::settings::AccelKind;
 use obj::ObjMesh;
 
 /// What building a scene is busy with.
@@ -107,6 +108,17 @@ impl Scene {
     /// Whether [`Scene::edit`] to `desc` needs a new accelerator, and so may take long.
     pub fn rebuilds_for(&self, desc: &SceneDesc) -> bool {
         !self.desc.same_shapes(desc)
+    }
+
+    /// The same scene with another accelerator, built unless it is the one that it was asked for
+    /// with.
+    pub fn with_accel(self: &Arc<Self>, accel: AccelKind) -> Result<Arc<Self>, SceneError> {
+        if accel == self.desc.render.accel {
+            return Ok(self.clone());
+        }
+        let mut desc = self.desc.clone();
+        desc.render.accel = accel;
+        self.edit(desc, &|_| ()).map(Arc::new)
     }
 
     /// The same scene with an edited description. What the edit did not touch is shared: only

@@ -129,6 +129,15 @@ fn open(
     })
 }
 
+/// As many worker threads as asked for, or one for each processor; the error is one line.
+fn threads(count: Option<u16>) -> Result<rayon::ThreadPool, String> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(count.map_or(0, usize::from))
+        .thread_name(|i| format!("lightbox-trace-{i}"))
+        .build()
+        .map_err(|e| format!("cannot start worker threads ({e})"))
+}
+
 /// A flag that Ctrl-C sets; a second Ctrl-C ends the process.
 fn interrupt_flag() -> Result<Arc<AtomicBool>, String> {
     let interrupted = Arc::new(AtomicBool::new(false));

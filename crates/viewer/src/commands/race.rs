@@ -10,7 +10,7 @@ use indicatif::{ProgressBar, ProgressFinish, ProgressStyle};
 use lightbox_core::race::Rules;
 use lightbox_core::{Image, Method, image_io};
 
-use super::{Outcome, interrupt_flag, open, print_warnings, scene_path};
+use super::{Outcome, interrupt_flag, open, print_warnings, scene_path, threads};
 use crate::args::RaceArgs;
 use crate::race::{Choice, Contest, Race, Stage, report};
 
@@ -30,12 +30,7 @@ struct Plan {
 /// Races; returns the tables. The error is one line.
 pub fn run(args: &RaceArgs) -> Result<Outcome, String> {
     let plan = Plan::new(args)?;
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(args.threads.map_or(0, usize::from))
-        .thread_name(|i| format!("lightbox-trace-{i}"))
-        .build()
-        .map_err(|e| format!("cannot start worker threads ({e})"))?;
-    pool.install(|| {
+    threads(args.threads)?.install(|| {
         let scenes = plan
             .scenes
             .iter()
@@ -181,16 +176,11 @@ impl Plan {
             let left = if left.is_finite() { left.ceil() } else { 0.0 };
             bar.set_message(format!("{what}, {left:.0} s left"));
         };
-        let before = if self.reference.is_some() { 0.0 } else { 0.5 };
-        let race = contest.hold(
-            self.rules,
-            self.reference.clone(),
-            cancel,
-            &mut |stage| match stage {
-                Stage::Reference(share) => show("reference", share * before),
-                Stage::Race(share, _) => show("race", before + share * (1.0 - before)),
-            },
-        );
+        let reference = self.reference.clone();
+        let race = contest.hold(self.rules, reference, cancel, &mut |stage| match stage {
+            Stage::Reference(share) => show("reference", share),
+            Stage::Race(share, _) => show("race", share),
+        });
         bar.finish_and_clear();
         race
     }

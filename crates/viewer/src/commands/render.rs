@@ -15,7 +15,9 @@ use lightbox_core::{AccelKind, Film, Method, SamplerKind, View, image_io};
 use serde::Serialize;
 
 use super::checkpoint::Checkpoint;
-use super::{Opened, Outcome, json_line, open, print_invalid, print_warning, print_warnings};
+use super::{
+    Opened, Outcome, json_line, open, print_invalid, print_warning, print_warnings, threads,
+};
 use crate::args::RenderArgs;
 use crate::pace::{Limits, Progress, Stop};
 use crate::spent::{NEGLIGIBLE, Spent};
@@ -94,12 +96,7 @@ pub fn run(args: &RenderArgs) -> Result<Outcome, String> {
     if let Some(checkpoint) = &args.checkpoint {
         part::check_writable(checkpoint)?;
     }
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(args.threads.map_or(0, usize::from))
-        .thread_name(|i| format!("lightbox-trace-{i}"))
-        .build()
-        .map_err(|e| format!("cannot start worker threads ({e})"))?;
-    pool.install(|| render(args))
+    threads(args.threads)?.install(|| render(args))
 }
 
 fn render(args: &RenderArgs) -> Result<Outcome, String> {

@@ -6,9 +6,10 @@ use egui::{
     WidgetInfo, Window,
 };
 use egui_plot::{FilledArea, Line, LineStyle, PlotPoints};
+use lightbox_core::agreement::{Agreement, TileDifference};
 use lightbox_core::color::ToneMap;
+use lightbox_core::film::TILE;
 use lightbox_core::filter::FilterKind;
-use lightbox_core::image_io::tone_mapped;
 use lightbox_core::race::{Curve, Rules};
 use lightbox_core::{AccelKind, Filter, Method, SamplerKind};
 
@@ -427,18 +428,35 @@ fn agreements(ui: &mut Ui, race: &Race, map: &mut Option<(usize, TextureHandle)>
             .clicked()
         {
             *map = (!is_shown).then(|| {
-                let size = [race.settings.width, race.settings.height];
-                let rgb = tone_mapped(&report::map(agreement, size), ToneMap::default());
-                let image = egui::ColorImage::from_rgb(size.map(|n| n as usize), &rgb);
-                let texture = ui
-                    .ctx()
-                    .load_texture("agreement", image, Default::default());
+                let image = tiles(agreement);
+                let nearest = egui::TextureOptions::NEAREST;
+                let texture = ui.ctx().load_texture("agreement", image, nearest);
                 (k, texture)
             });
         }
     }
     if let Some((_, texture)) = map {
-        let image = egui::Image::from_texture(&*texture).max_height(240.0);
+        // Tiles at the right and lower border are cut off where the picture ends.
+        let size = egui::vec2(race.settings.width as f32, race.settings.height as f32);
+        let seen =
+            egui::Rect::from_min_size(egui::Pos2::ZERO, size / TILE as f32 / texture.size_vec2());
+        let image = egui::Image::from_texture((texture.id(), size * (240.0 / size.y))).uv(seen);
         ui.add(image.alt_text("Agreement map"));
     }
+}
+
+/// A map with one texel for each tile.
+fn tiles(agreement: &Agreement) -> egui::ColorImage {
+    let place =
+        |tile: &TileDifference| [tile.rect.x / TILE, tile.rect.y / TILE].map(|n| n as usize);
+    let size = agreement.tiles.iter().map(place).fold([0; 2], |size, at| {
+        [size[0].max(at[0] + 1), size[1].max(at[1] + 1)]
+    });
+    let mut image = egui::ColorImage::filled(size, Color32::WHITE);
+    for tile in &agreement.tiles {
+        let [x, y] = place(tile);
+        let [r, g, b] = ToneMap::default().apply(report::color(tile.t));
+        image[(x, y)] = Color32::from_rgb(r, g, b);
+    }
+    image
 }

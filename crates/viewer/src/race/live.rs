@@ -1,5 +1,6 @@
 //! A race on a thread of its own, watched from the window.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -10,11 +11,11 @@ use lightbox_core::race::{Curve, Record, Rules};
 
 use super::{Contest, Race, curves, labels, report};
 
-/// How far a race is.
+/// What a race is at, and the share of all that is done, 0 to 1.
 pub enum Stage<'a> {
-    /// The share of the references that is rendered, 0 to 1.
+    /// References are being rendered, half of all.
     Reference(f64),
-    /// The share of the race that is over, 0 to 1, and what is measured.
+    /// The race itself, and what is measured so far.
     Race(f64, &'a [Record]),
 }
 
@@ -67,33 +68,33 @@ impl Live {
             begin: Instant::now(),
         };
         let (state, cancel) = (live.state.clone(), live.cancel.clone());
-        let has_reference = reference.is_some();
         let work = move || {
             let mut measured = 0;
-            let end = pool.install(|| {
-                contest.hold(rules, reference, &cancel, &mut |stage| {
-                    let mut state = lock(&state);
-                    match stage {
-                        Stage::Reference(share) => state.share = share / 2.0,
-                        Stage::Race(share, records) => {
-                            state.is_preparing = false;
-                            state.share = if has_reference {
-                                share
-                            } else {
-                                0.5 + share / 2.0
-                            };
-                            let runs = records.iter().flat_map(|r| &r.runs);
-                            let points = runs.map(|run| run.points.len()).sum();
-                            if measured < points {
-                                measured = points;
-                                state.curves = curves(records);
-                            }
-                        }
-                    }
-                    drop(state);
-                    wake();
-                })
-            });
+            let mut watch = |stage: Stage<'_>| {
+                let (share, records) = match stage {
+                    Stage::Reference(share) => (share, None),
+                    Stage::Race(share, records) => (share, Some(records)),
+                };
+                // Before the lock, for which the window may wait.
+                let points = records.map_or(0, |records| {
+                    let runs = records.iter().flat_map(|r| &r.runs);
+                    runs.map(|run| run.points.len()).sum()
+                });
+                let news = records.filter(|_| points > measured).map(curves);
+                measured = points;
+                let mut state = lock(&state);
+                state.share = share;
+                state.is_preparing = records.is_none();
+                if let Some(curves) = news {
+                    state.curves = curves;
+                }
+                drop(state);
+                wake();
+            };
+            // Whatever happens, the picture may go on.
+            let hold = || pool.install(|| contest.hold(rules, reference, &cancel, &mut watch));
+            let end = catch_unwind(AssertUnwindSafe(hold))
+                .unwrap_or_else(|_| Err("The race broke by a defect in lightbox.".into()));
             let mut state = lock(&state);
             if let Ok(race) = &end {
                 state.curves.clone_from(&race.curves);
@@ -158,4 +159,88 @@ impl Drop for Live {
 /// Every state is valid, even if a holder of the lock has panicked.
 fn lock(state: &Mutex<Standing>) -> MutexGuard<'_, Standing> {
     state.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::Duration;
+
+    use lightbox_core::scene;
+
+    use super::*;
+    use crate::race::Choice;
+
+    fn contest(size: u32) -> Contest {
+        let source = scene::load("builtin:cornell-box.toml".as_ref()).unwrap();
+        let scene = Arc::new(source.build(&|_| ()).unwrap());
+        let desc = scene.desc();
+        let mut settings = desc.render;
+        (settings.width, settings.height) = (size, size);
+        let choice = Choice {
+            methods: vec![lightbox_core::Method::Naive, settings.method],
+            accels: vec![settings.accel],
+            samplers: vec![settings.sampler],
+            filters: vec![settings.filter],
+        };
+        let camera = desc.camera;
+        Contest::new(scene, camera, settings, &choice).unwrap()
+    }
+
+    const RULES: Rules = Rules {
+        seconds: 0.05,
+        seeds: 1,
+    };
+
+    fn wait(what: &str, holds: impl Fn() -> bool) {
+        let start = Instant::now();
+        while !holds() {
+            assert!(start.elapsed() < Duration::from_secs(60), "{what}");
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+
+    #[test]
+    fn a_race_is_watched_and_saved() {
+        let live = Live::start(contest(16), RULES, None, 2, || ()).unwrap();
+        wait("the end", || !live.is_running());
+        assert_eq!(live.standing().labels, ["naive", "mis"]);
+        assert!(live.standing().curves.iter().all(|c| !c.points.is_empty()));
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path().join("race");
+        live.save(out.clone(), || ());
+        wait("the files", || live.standing().saved.is_some());
+        assert!(live.standing().saved.as_ref().unwrap().is_ok());
+        for name in ["chart.svg", "chart.csv", "race.json"] {
+            assert!(out.join(name).is_file(), "{name}");
+        }
+        // A file stands where the folder should be.
+        live.save(out.join("chart.svg"), || ());
+        wait("a refusal", || {
+            matches!(live.standing().saved, Some(Err(_)))
+        });
+    }
+
+    /// The picture in the window rests until the race has ended, however it ends.
+    #[test]
+    fn a_race_that_breaks_ends() {
+        let wake = || panic!("a defect");
+        let live = Live::start(contest(16), RULES, None, 1, wake).unwrap();
+        wait("the end", || !live.is_running());
+        let standing = live.standing();
+        let problem = standing.end.as_ref().unwrap().as_ref().err();
+        assert!(problem.unwrap().contains("defect"));
+    }
+
+    #[test]
+    fn a_reference_of_another_size_ends_the_race() {
+        let image = Image {
+            width: 1,
+            height: 1,
+            pixels: vec![glam::Vec3::ONE],
+        };
+        let reference = Some(("other.exr".to_owned(), Arc::new(image)));
+        let live = Live::start(contest(16), RULES, reference, 1, || ()).unwrap();
+        wait("the end", || !live.is_running());
+        assert!(matches!(live.standing().end, Some(Err(_))));
+    }
 }

@@ -178,10 +178,9 @@ impl Contest {
             let scene = match scenes.get(&entry.accel) {
                 Some(scene) => scene.clone(),
                 None => {
-                    let mut desc = self.scene.desc().clone();
-                    desc.render.accel = entry.accel;
-                    let scene = self.scene.edit(desc, &|_| ()).map_err(|e| e.to_string())?;
-                    scenes.entry(entry.accel).or_insert(scene.into()).clone()
+                    let scene = self.scene.with_accel(entry.accel);
+                    let scene = scene.map_err(|e| e.to_string())?;
+                    scenes.entry(entry.accel).or_insert(scene).clone()
                 }
             };
             views.push(View::new(scene, &self.camera, entry.on(self.settings))?);
@@ -202,6 +201,7 @@ impl Contest {
         let begin = Instant::now();
         let clock = || begin.elapsed().as_secs_f64();
         let views = self.views()?;
+        let before = if reference.is_some() { 0.0 } else { 0.5 };
         let references = match reference {
             Some((name, image)) => vec![Reference {
                 image,
@@ -209,7 +209,9 @@ impl Contest {
                 origin: Origin::File(name),
                 error: None,
             }],
-            None => self.references(&views, rules, &clock, cancel, watch),
+            None => self.references(&views, rules, &clock, cancel, &mut |share| {
+                watch(Stage::Reference(before * share));
+            }),
         };
         let lanes: Option<Vec<(View, &Image)>> = self
             .entries
@@ -223,7 +225,7 @@ impl Contest {
             .collect();
         let records = match lanes {
             Some(lanes) => race::run(&lanes, rules, &clock, cancel, &mut |share, records| {
-                watch(Stage::Race(share, records));
+                watch(Stage::Race(before + share * (1.0 - before), records));
             })?,
             None => vec![Record::default(); self.entries.len()],
         };
@@ -248,7 +250,7 @@ impl Contest {
         rules: Rules,
         clock: &dyn Fn() -> f64,
         cancel: &AtomicBool,
-        watch: &mut dyn FnMut(Stage<'_>),
+        progress: &mut dyn FnMut(f64),
     ) -> Vec<Reference> {
         // The first contestant with each.
         let mut firsts: Vec<usize> = Vec::new();
@@ -268,9 +270,7 @@ impl Contest {
             view.settings.method = Method::Mis;
             view.settings.sampler = SamplerKind::Sobol;
             let film = race::reference(&view, seconds, clock, cancel, &mut |share| {
-                watch(Stage::Reference(
-                    (done as f64 + share) / firsts.len() as f64,
-                ));
+                progress((done as f64 + share) / firsts.len() as f64);
             });
             let Some(film) = film else { break };
             references.push(Reference {

@@ -48,21 +48,25 @@ fn map_name(race: &Race, i: usize, j: usize) -> String {
     format!("agreement-{}-{}.png", name(i), name(j))
 }
 
-/// Red where the first of two methods is brighter than noise explains, blue where darker, white
-/// where they agree.
-pub fn map(agreement: &Agreement, [width, height]: [u32; 2]) -> Image {
+/// The colour of a tile whose means differ by `t` standard deviations: red where the first of two
+/// methods is brighter than noise explains, blue where darker, white where they agree.
+pub fn color(t: f64) -> Vec3 {
+    let share = (t / FULL_COLOR).clamp(-1.0, 1.0) as f32;
+    let fade = 1.0 - share.abs();
+    if share > 0.0 {
+        Vec3::new(1.0, fade, fade)
+    } else {
+        Vec3::new(fade, fade, 1.0)
+    }
+}
+
+/// A picture of how two methods differ.
+fn map(agreement: &Agreement, [width, height]: [u32; 2]) -> Image {
     let mut pixels = vec![Vec3::ONE; width as usize * height as usize];
     for tile in &agreement.tiles {
-        let share = (tile.t / FULL_COLOR).clamp(-1.0, 1.0) as f32;
-        let fade = 1.0 - share.abs();
-        let color = if share > 0.0 {
-            Vec3::new(1.0, fade, fade)
-        } else {
-            Vec3::new(fade, fade, 1.0)
-        };
         for y in tile.rect.y..tile.rect.y + tile.rect.height {
             let start = (y * width + tile.rect.x) as usize;
-            pixels[start..start + tile.rect.width as usize].fill(color);
+            pixels[start..start + tile.rect.width as usize].fill(color(tile.t));
         }
     }
     Image {
@@ -143,11 +147,8 @@ fn json(race: &Race) -> Value {
 
 /// Makes a folder and checks that files can be written there.
 pub fn check_folder(folder: &Path) -> Result<(), String> {
-    let probe = folder.join(format!(".race.{}.part", std::process::id()));
-    fs::create_dir_all(folder)
-        .and_then(|()| fs::write(&probe, ""))
-        .and_then(|()| fs::remove_file(&probe))
-        .map_err(|e| cannot_write(folder, &e))
+    fs::create_dir_all(folder).map_err(|e| cannot_write(folder, &e))?;
+    image_io::check_writable(&folder.join("map.png"))
 }
 
 fn cannot_write(path: &Path, e: &std::io::Error) -> String {

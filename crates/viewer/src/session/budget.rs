@@ -29,13 +29,7 @@ impl Budget {
 
     /// Where to stop for it.
     pub(super) fn limits(self, samples: u64) -> Limits {
-        let (mut limits, goal) = (Limits::default(), self.goal(samples));
-        match goal {
-            Goal::Samples(samples) => limits.samples = Some(samples),
-            Goal::Seconds(seconds) => limits.seconds = Some(seconds),
-            Goal::Noise(noise) => limits.noise = Some(noise),
-        }
-        limits
+        Limits::at(self.goal(samples))
     }
 }
 

@@ -168,6 +168,8 @@ impl Engine<'_> {
     fn budget(&mut self) {
         if let Some(picture) = &mut self.picture {
             picture.limits = self.budget.limits(picture.view.settings.samples);
+            // What is done all at once was perhaps not measured yet.
+            self.stale |= picture.is_done() && !picture.is_measured();
         }
         self.foretell();
     }

@@ -54,7 +54,7 @@ pub(super) struct Picture {
     /// What is shown, sRGB bytes; empty until the film is shown first.
     rgb: Vec<u8>,
     /// Whether this pass measures the error of each tile it draws.
-    is_measured: bool,
+    measures: bool,
     /// Samples per pixel of the last pass that did.
     measured: u64,
     /// What each tile tells of the error.
@@ -77,7 +77,7 @@ impl Picture {
         Self {
             previews: governor.scales(view.settings.width, view.settings.height),
             next_tile: film.tiles(),
-            is_measured: false,
+            measures: false,
             measured: 0,
             errors: vec![None; film.tiles()],
             reference: None,
@@ -106,6 +106,11 @@ impl Picture {
     /// has as many.
     pub fn is_done(&self) -> bool {
         self.next_tile == self.film.tiles() && self.limits.next(&self.progress).is_err()
+    }
+
+    /// Whether its error is that of all its samples.
+    pub fn is_measured(&self) -> bool {
+        self.film.samples() == self.measured
     }
 
     /// Estimated error of what is shown, as of the last pass that measured it.
@@ -144,9 +149,9 @@ impl Picture {
     /// How good the picture is, if every pixel has as many samples and was measured with them.
     pub fn point(&self) -> Option<Point> {
         let samples = self.film.samples();
-        let is_measured = self.next_tile == self.film.tiles() && samples == self.measured;
+        let is_even = self.next_tile == self.film.tiles();
         let error = self.error();
-        (is_measured && samples > 0 && !self.rgb.is_empty()).then(|| Point {
+        (is_even && self.is_measured() && samples > 0 && !self.rgb.is_empty()).then(|| Point {
             samples,
             seconds: self.progress.seconds,
             rays: self.work.rays,
@@ -224,7 +229,7 @@ impl Picture {
         let start = Instant::now();
         self.draw(tiles.clone(), tone);
         self.overhead[1] += start.elapsed();
-        if self.is_measured {
+        if self.measures {
             self.measure(tiles);
         }
         if self.next_tile == self.film.tiles() {
@@ -238,11 +243,11 @@ impl Picture {
     fn pass_done(&mut self) {
         self.progress.samples = self.film.samples();
         // The last picture is measured in any case.
-        if !self.is_measured && self.limits.next(&self.progress).is_err() {
+        if !self.measures && self.limits.next(&self.progress).is_err() {
             self.measure(0..self.film.tiles());
-            self.is_measured = true;
+            self.measures = true;
         }
-        if self.is_measured {
+        if self.measures {
             self.light = self.film.light();
             self.measured = self.progress.samples;
             if self.measured >= self.progress.next_check {
@@ -292,7 +297,7 @@ impl Picture {
                 few @ 2..FIRST_CHECK => (few / 2).max(2),
                 many => many / 8,
             };
-            self.is_measured =
+            self.measures =
                 self.goal >= self.measured + more || self.goal >= self.progress.next_check;
         }
         let share = paths / (pixels * (self.goal - have) as f64);

@@ -20,7 +20,7 @@ use lightbox_core::{
     AccelKind, Film, Filter, Image, Method, RenderSettings, SamplerKind, Scene, SceneDesc, View,
 };
 
-use super::{Opened, Outcome, json_line, open, print_warnings};
+use super::{Opened, Outcome, json_line, open, print_warnings, threads};
 use crate::args::AdviseArgs;
 use crate::pace::{FIRST_CHECK, Limits, Progress};
 use crate::panels::format::seconds;
@@ -83,11 +83,7 @@ pub fn run(args: &AdviseArgs) -> Result<Outcome, String> {
     if !(value > 0.0 && value.is_finite()) {
         return Err(format!("{value}: cannot be reached; ask for more than 0"));
     }
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(args.threads.map_or(0, usize::from))
-        .build()
-        .map_err(|e| format!("cannot start worker threads ({e})"))?;
-    pool.install(|| advise(args, goal))
+    threads(args.threads)?.install(|| advise(args, goal))
 }
 
 fn advise(args: &AdviseArgs, goal: Goal) -> Result<Outcome, String> {
@@ -268,17 +264,11 @@ impl Adviser {
 
     /// Trials that take turns.
     fn trials(&self, candidates: &[RenderSettings]) -> Result<Vec<Trial>, String> {
-        let desc = self.scene.desc();
         let mut lanes = Vec::new();
         for settings in candidates {
-            let mut desc = desc.clone();
-            desc.render.accel = settings.accel;
             let begin = Instant::now();
-            let scene = if settings.accel == self.scene.desc().render.accel {
-                self.scene.clone()
-            } else {
-                Arc::new(self.scene.edit(desc, &|_| ()).map_err(|e| e.to_string())?)
-            };
+            let scene = self.scene.with_accel(settings.accel);
+            let scene = scene.map_err(|e| e.to_string())?;
             let build = begin.elapsed().as_secs_f64();
             let small = RenderSettings {
                 width: self.size[0],
@@ -389,24 +379,9 @@ fn loss(image: &Image, full: &Image) -> f64 {
 
 /// Renders as advised; returns samples, seconds and error.
 fn check(scene: Arc<Scene>, desc: &SceneDesc, goal: Goal) -> Result<(u64, f64, f64), String> {
-    let mut with = scene.desc().clone();
-    with.render.accel = desc.render.accel;
-    let scene = Arc::new(scene.edit(with, &|_| ()).map_err(|e| e.to_string())?);
-    let view = View::new(scene, &desc.camera, desc.render)?;
-    let limits = match goal {
-        Goal::Noise(noise) => Limits {
-            noise: Some(noise),
-            ..Limits::default()
-        },
-        Goal::Seconds(seconds) => Limits {
-            seconds: Some(seconds),
-            ..Limits::default()
-        },
-        Goal::Samples(samples) => Limits {
-            samples: Some(samples),
-            ..Limits::default()
-        },
-    };
+    let scene = scene.with_accel(desc.render.accel);
+    let view = View::new(scene.map_err(|e| e.to_string())?, &desc.camera, desc.render)?;
+    let limits = Limits::at(goal);
     let (film, mut progress) = (view.film(), Progress::default());
     while let Ok(target) = limits.next(&progress) {
         let begin = Instant::now();

@@ -116,3 +116,22 @@ fn a_pass_ends_evenly() {
         assert_eq!(held(&picture), [2; 2]);
     });
 }
+
+/// The error that is shown is that of all samples, though passes before were not measured.
+#[test]
+fn the_last_picture_is_measured() {
+    on_two_threads(|| {
+        let (mut picture, mut governor) = picture(1000);
+        let go_on = AtomicBool::new(false);
+        while picture.is_measured() || picture.next_tile < picture.film.tiles() {
+            picture.slice(&mut governor, &go_on, TONE);
+        }
+        // Enough, all at once.
+        picture.limits.samples = Some(picture.film.samples());
+        assert!(picture.is_done() && !picture.is_measured());
+        assert_ne!(picture.error(), picture.film.error());
+        picture.redraw(TONE);
+        assert!(picture.is_measured() && picture.point().is_some());
+        assert_eq!(picture.error(), picture.film.error());
+    });
+}
