@@ -291,7 +291,7 @@ impl Picture {
             self.goal = (have + more).min(limit);
             self.next_tile = 0;
             // At the checks of a limit and as rarely as those, before them rarer still: measuring
-            // takes a twentieth of a sample.
+            // takes as long as a few hundredths of a sample.
             let more = match self.measured {
                 0..2 => 1,
                 few @ 2..FIRST_CHECK => (few / 2).max(2),
