@@ -28,7 +28,7 @@ use crate::planted::{self, Bug};
 use crate::sampler::Sampler;
 use crate::scene::Scene;
 use crate::settings::{Method, UNLIMITED};
-use crate::simd::Kernel;
+use crate::simd::{Lanes, Task};
 use crate::work::{Stage, Stopwatch};
 use vertices::Vertices;
 
@@ -218,23 +218,12 @@ impl Wave {
     /// Adds the light that the paths have run into, aims at lights, and sends the paths on, as far
     /// as the `step` goes; those that end are taken out.
     fn shade(&mut self, transport: &Transport<'_>, bounce: u32, step: Step) {
-        match transport.scene.geometry().kernel() {
-            Kernel::Portable => self.shade_all(transport, bounce, step),
-            #[cfg(target_arch = "x86_64")]
-            Kernel::Avx2 => {
-                #[expect(unsafe_code, reason = "enters a SIMD kernel")]
-                // SAFETY: the kernel is AVX2 only on machines that have it; see `Kernel`.
-                unsafe {
-                    self.shade_avx2(transport, bounce, step);
-                }
-            }
-        }
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-    fn shade_avx2(&mut self, transport: &Transport<'_>, bounce: u32, step: Step) {
-        self.shade_all(transport, bounce, step);
+        transport.scene.geometry().kernel().run(Shade {
+            wave: self,
+            transport,
+            bounce,
+            step,
+        });
     }
 
     #[inline(always)]
@@ -322,6 +311,23 @@ impl Wave {
                 vertices.set_surface(lane, n, front, bsdf);
             }
         }
+    }
+}
+
+/// [`Wave::shade`] for a kernel.
+struct Shade<'a, 'b> {
+    wave: &'a mut Wave,
+    transport: &'a Transport<'b>,
+    bounce: u32,
+    step: Step,
+}
+
+impl Task for Shade<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        self.wave.shade_all(self.transport, self.bounce, self.step);
     }
 }
 

@@ -12,9 +12,7 @@ use crate::accel::{self, Bvh, KdTree, TreeStats};
 use crate::math::{Aabb, Ray};
 use crate::settings::AccelKind;
 use crate::shape::{ShearedRay, TriangleRuns};
-#[cfg(target_arch = "x86_64")]
-use crate::simd::Avx2;
-use crate::simd::{Kernel, Lanes, Portable};
+use crate::simd::{Kernel, Lanes, Portable, Task};
 
 /// Below this many triangles, testing them all beats walking a tree (measured:
 /// docs/ray-casting.md).
@@ -258,23 +256,11 @@ impl Geometry {
 
     #[inline(always)]
     pub(super) fn search(&self, ray: &Ray, search: &mut impl Search) {
-        match self.kernel {
-            Kernel::Portable => self.search_with::<Portable>(ray, search),
-            #[cfg(target_arch = "x86_64")]
-            Kernel::Avx2 => {
-                #[expect(unsafe_code, reason = "enters a SIMD kernel")]
-                // SAFETY: the kernel is AVX2 only on machines that have it; see `Kernel`.
-                unsafe {
-                    self.search_avx2(ray, search);
-                }
-            }
-        }
-    }
-
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-    fn search_avx2(&self, ray: &Ray, search: &mut impl Search) {
-        self.search_with::<Avx2>(ray, search);
+        self.kernel.run(Cast {
+            geometry: self,
+            ray,
+            search,
+        });
     }
 
     #[inline(always)]
@@ -371,6 +357,22 @@ impl Geometry {
             }
             Primitive::Sphere(_) => self.test_sphere(id, ray, search),
         }
+    }
+}
+
+/// One ray, for a kernel.
+struct Cast<'a, S> {
+    geometry: &'a Geometry,
+    ray: &'a Ray,
+    search: &'a mut S,
+}
+
+impl<S: Search> Task for Cast<'_, S> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        self.geometry.search_with::<L>(self.ray, self.search);
     }
 }
 

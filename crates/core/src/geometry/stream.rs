@@ -10,9 +10,7 @@ use crate::accel::Bvh;
 use crate::accel::bvh::{Leaves, Packet, SLOTS, Stream};
 use crate::math::Ray;
 use crate::shape::{Apart, ShearedRay, ShearedRays};
-#[cfg(target_arch = "x86_64")]
-use crate::simd::Avx2;
-use crate::simd::{Kernel, Lanes, Portable};
+use crate::simd::{Lanes, Task};
 
 /// Rays in a packet.
 const PACKET: usize = 16;
@@ -74,45 +72,47 @@ impl Geometry {
         start: impl Fn(usize) -> (Ray, S),
         done: impl FnMut(usize, &S, &Primitives),
     ) {
-        match self.kernel {
-            Kernel::Portable => self.search_many_with::<Portable, S>(count, start, done),
-            #[cfg(target_arch = "x86_64")]
-            Kernel::Avx2 => {
-                #[expect(unsafe_code, reason = "enters a SIMD kernel")]
-                // SAFETY: the kernel is AVX2 only on machines that have it; see `Kernel`.
-                unsafe {
-                    self.search_many_avx2(count, start, done);
-                }
-            }
-        }
+        self.kernel.run(CastMany {
+            geometry: self,
+            count,
+            start,
+            done,
+        });
     }
+}
 
-    #[cfg(target_arch = "x86_64")]
-    #[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-    fn search_many_avx2<S: Search>(
-        &self,
-        count: usize,
-        start: impl Fn(usize) -> (Ray, S),
-        done: impl FnMut(usize, &S, &Primitives),
-    ) {
-        self.search_many_with::<Avx2, S>(count, start, done);
-    }
+/// Many rays, for a kernel.
+struct CastMany<'a, F, D> {
+    geometry: &'a Geometry,
+    count: usize,
+    start: F,
+    done: D,
+}
+
+impl<S, F, D> Task for CastMany<'_, F, D>
+where
+    S: Search,
+    F: Fn(usize) -> (Ray, S),
+    D: FnMut(usize, &S, &Primitives),
+{
+    type Output = ();
 
     #[inline(always)]
-    fn search_many_with<L: Lanes, S: Search>(
-        &self,
-        count: usize,
-        start: impl Fn(usize) -> (Ray, S),
-        mut done: impl FnMut(usize, &S, &Primitives),
-    ) {
+    fn run<L: Lanes>(self) {
+        let Self {
+            geometry,
+            count,
+            start,
+            mut done,
+        } = self;
         if let Accel::Bvh {
             triangles,
             tree,
             spheres,
-        } = &self.accel
+        } = &geometry.accel
         {
             let mut many = Many {
-                geometry: self,
+                geometry,
                 triangles,
                 tree,
                 spheres: spheres.as_ref(),
@@ -124,8 +124,8 @@ impl Geometry {
         }
         for i in 0..count {
             let (ray, mut search) = start(i);
-            self.search_with::<L>(&ray, &mut search);
-            done(i, &search, &self.primitives);
+            geometry.search_with::<L>(&ray, &mut search);
+            done(i, &search, &geometry.primitives);
         }
     }
 }

@@ -315,7 +315,7 @@ fn edge<L: Lanes>(p: [L; 3], q: [L; 3]) -> L {
 mod test {
     use super::*;
     use crate::math::Ray;
-    use crate::simd::{Kernel, Portable};
+    use crate::simd::{Kernel, Portable, Task};
 
     /// Splitmix64 (Steele, Lea & Flood 2014), 24 bits as a number in [−1, 1), coarse so that
     /// edges, vertices and planes are hit exactly.
@@ -328,6 +328,27 @@ mod test {
             return (bits % 9) as f32 / 4.0 - 1.0;
         }
         bits as f32 / (1 << 23) as f32 - 1.0
+    }
+
+    /// The candidates of a run, for a kernel.
+    struct Mask<'a> {
+        runs: &'a TriangleRuns,
+        ray: &'a ShearedRay,
+        first: u32,
+        count: u32,
+        t_max: f32,
+    }
+
+    impl Task for Mask<'_> {
+        type Output = u32;
+
+        #[inline(always)]
+        fn run<L: Lanes>(self) -> u32 {
+            let found = self
+                .runs
+                .candidates::<L>(self.ray, self.first, self.count, self.t_max);
+            found.mask
+        }
     }
 
     #[test]
@@ -347,11 +368,16 @@ mod test {
                 for t_max in [f32::INFINITY, 1.0] {
                     let found = runs.candidates::<Portable>(&sheared, first, count, t_max);
                     let mask = found.mask;
-                    #[cfg(target_arch = "x86_64")]
-                    if Kernel::available().contains(&Kernel::Avx2) {
-                        let avx2 =
-                            runs.candidates::<crate::simd::Avx2>(&sheared, first, count, t_max);
-                        assert_eq!(mask, avx2.mask);
+                    for kernel in Kernel::available() {
+                        let (runs, ray) = (&runs, &sheared);
+                        let other = kernel.run(Mask {
+                            runs,
+                            ray,
+                            first,
+                            count,
+                            t_max,
+                        });
+                        assert_eq!(mask, other, "{kernel:?}");
                     }
                     for lane in 0..count {
                         let triangle = triangles[(first + lane) as usize];

@@ -1,11 +1,8 @@
 //! Eight f32 at a time, and which instructions do it.
 //!
-//! Kernels are generic over `Lanes` and compiled once for every implementor. All of them round
-//! each operation as IEEE 754 asks, so a kernel gives the same bits whichever is chosen; the one
-//! exception, `Lanes::mul_add`, is for bounds that allow for either rounding.
-//!
-//! Sixteen lanes (AVX-512) would be a third implementor with its own node width; there is none
-//! because none could be tested.
+//! A [`Task`] is compiled once for every [`Kernel`]. All of them round each operation as IEEE 754
+//! asks, so a kernel gives the same bits whichever is chosen; the one exception,
+//! `Lanes::mul_add`, is for bounds that allow for either rounding.
 
 #[cfg(target_arch = "x86_64")]
 mod avx2;
@@ -15,7 +12,7 @@ mod portable;
 pub(crate) use avx2::Avx2;
 pub(crate) use portable::Portable;
 
-/// Which instructions the ray kernels use.
+/// Which instructions rays are cast and paths are shaded with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kernel {
     /// What every machine has.
@@ -23,39 +20,113 @@ pub enum Kernel {
     /// AVX2 and FMA, and the bit operations that come with them.
     #[cfg(target_arch = "x86_64")]
     Avx2,
+    /// AVX-512 as from Ice Lake and Zen 4 on, which run it at full clock. Rays meet eight boxes or
+    /// triangles at a time as with AVX2, in more registers; shading is sixteen wide.
+    #[cfg(target_arch = "x86_64")]
+    Avx512,
 }
 
 impl Kernel {
-    /// The best kernel of this machine; `LIGHTBOX_KERNEL=portable` in the environment takes the
-    /// portable one all the same.
+    /// The best kernel of this machine; `LIGHTBOX_KERNEL` in the environment, if it is the name
+    /// of another that the machine has, takes that one.
     pub fn detect() -> Self {
-        let forced = std::env::var_os("LIGHTBOX_KERNEL").is_some_and(|name| name == "portable");
-        #[cfg(target_arch = "x86_64")]
-        if !forced && Self::has_avx2() {
-            return Self::Avx2;
-        }
-        let _ = forced;
-        Self::Portable
+        let available = Self::available();
+        let wish = std::env::var_os("LIGHTBOX_KERNEL");
+        let wished = |kernel: &&Self| wish.as_ref().is_some_and(|name| name == kernel.name());
+        let best = available.last().unwrap_or(&Self::Portable);
+        *available.iter().find(wished).unwrap_or(best)
     }
 
-    /// Every kernel that runs on this machine.
+    /// Every kernel that runs on this machine, the best last.
     pub fn available() -> Vec<Self> {
+        let mut kernels = vec![Self::Portable];
         #[cfg(target_arch = "x86_64")]
-        if Self::has_avx2() {
-            return vec![Self::Portable, Self::Avx2];
+        if has_avx2() {
+            kernels.push(Self::Avx2);
+            if has_avx512() {
+                kernels.push(Self::Avx512);
+            }
         }
-        vec![Self::Portable]
+        kernels
     }
 
-    #[cfg(target_arch = "x86_64")]
-    fn has_avx2() -> bool {
-        is_x86_feature_detected!("avx2")
-            && is_x86_feature_detected!("fma")
-            && is_x86_feature_detected!("bmi1")
-            && is_x86_feature_detected!("bmi2")
-            && is_x86_feature_detected!("lzcnt")
-            && is_x86_feature_detected!("popcnt")
+    /// `portable`, `avx2` or `avx512`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Portable => "portable",
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => "avx2",
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => "avx512",
+        }
     }
+
+    /// Runs a task with these instructions. The machine must have them, as those in
+    /// [`Kernel::available`] and [`Kernel::detect`] are.
+    #[inline(always)]
+    pub(crate) fn run<T: Task>(self, task: T) -> T::Output {
+        match self {
+            Self::Portable => task.run::<Portable>(),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2 => {
+                #[expect(unsafe_code, reason = "enters a SIMD kernel")]
+                // SAFETY: the kernel is chosen only on machines that have it.
+                unsafe {
+                    run_avx2(task)
+                }
+            }
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512 => {
+                #[expect(unsafe_code, reason = "enters a SIMD kernel")]
+                // SAFETY: the kernel is chosen only on machines that have it.
+                unsafe {
+                    run_avx512(task)
+                }
+            }
+        }
+    }
+}
+
+/// Work that is compiled for every kernel. `run`, and what it calls in its loops, must be inlined
+/// always: what is not is compiled for any machine.
+pub(crate) trait Task {
+    /// What it gives.
+    type Output;
+    /// Does it.
+    fn run<L: Lanes>(self) -> Self::Output;
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+fn run_avx2<T: Task>(task: T) -> T::Output {
+    task.run::<Avx2>()
+}
+
+#[cfg(target_arch = "x86_64")]
+#[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx512cd,avx512vbmi")]
+#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+fn run_avx512<T: Task>(task: T) -> T::Output {
+    task.run::<Avx2>()
+}
+
+#[cfg(target_arch = "x86_64")]
+fn has_avx2() -> bool {
+    is_x86_feature_detected!("avx2")
+        && is_x86_feature_detected!("fma")
+        && is_x86_feature_detected!("bmi1")
+        && is_x86_feature_detected!("bmi2")
+        && is_x86_feature_detected!("lzcnt")
+        && is_x86_feature_detected!("popcnt")
+}
+
+#[cfg(target_arch = "x86_64")]
+fn has_avx512() -> bool {
+    is_x86_feature_detected!("avx512f")
+        && is_x86_feature_detected!("avx512vl")
+        && is_x86_feature_detected!("avx512dq")
+        && is_x86_feature_detected!("avx512bw")
+        && is_x86_feature_detected!("avx512cd")
+        && is_x86_feature_detected!("avx512vbmi")
 }
 
 /// Eight f32. Comparisons give a bit for each lane, lane 0 in bit 0.
@@ -100,48 +171,54 @@ pub(crate) trait Lanes: Copy {
 mod test {
     use super::*;
 
-    fn check<L: Lanes>() {
-        let a = [0.0, -0.0, 1.5, -3.25, 1e-42, f32::MAX, f32::INFINITY, 7.0];
-        let b = [-0.0, 1.0, 1.5, -4.0, -1e-42, f32::MIN, 1.0, 1.0 / 3.0];
-        let (x, y) = (L::load(&a), L::load(&b));
-        let bits = |l: L| l.store().map(f32::to_bits);
-        let want =
-            |f: fn(f32, f32) -> f32| std::array::from_fn::<u32, 8, _>(|i| f(a[i], b[i]).to_bits());
-        assert_eq!(bits(x.add(y)), want(|a, b| a + b));
-        assert_eq!(bits(x.sub(y)), want(|a, b| a - b));
-        assert_eq!(bits(x.mul(y)), want(|a, b| a * b));
-        assert_eq!(x.min(y).store(), std::array::from_fn(|i| a[i].min(b[i])));
-        assert_eq!(x.max(y).store(), std::array::from_fn(|i| a[i].max(b[i])));
-        let mask =
-            |f: fn(f32, f32) -> bool| (0..8).fold(0, |m, i| m | u32::from(f(a[i], b[i])) << i);
-        assert_eq!(x.le(y), mask(|a, b| a <= b));
-        assert_eq!(x.lt(y), mask(|a, b| a < b));
-        let nan = L::splat(f32::NAN);
-        assert_eq!((nan.le(x), x.lt(nan)), (0, 0));
-        let enter = [5.0, 0.0, 7.0, 5.0, 3e-30, 1e30, 2.0, 9.0];
-        let exit = [6.0, 0.0, 6.0, 5.0, 4e-30, f32::INFINITY, 1.0, 9.0];
-        let links = [10, 11, 12, 13, 14, 15, 16, 17];
-        let (enter8, exit8) = (L::load(&enter), L::load(&exit));
-        let (mut t, mut sorted) = ([0.0; 8], [0; 8]);
-        let count = L::sort_hits(enter8, exit8, &links, &mut t, &mut sorted);
-        let links = sorted;
-        assert_eq!(count, 6);
-        for (t, link) in t.iter().zip(links).take(count) {
-            let exact = enter[link as usize - 10];
-            assert!(*t <= exact && *t >= exact * (1.0 - 1e-6), "{t} {exact}");
+    /// Compares the lanes of a kernel with scalars.
+    struct Check;
+
+    impl Task for Check {
+        type Output = ();
+
+        fn run<L: Lanes>(self) {
+            let a = [0.0, -0.0, 1.5, -3.25, 1e-42, f32::MAX, f32::INFINITY, 7.0];
+            let b = [-0.0, 1.0, 1.5, -4.0, -1e-42, f32::MIN, 1.0, 1.0 / 3.0];
+            let (x, y) = (L::load(&a), L::load(&b));
+            let bits = |l: L| l.store().map(f32::to_bits);
+            let want = |f: fn(f32, f32) -> f32| {
+                std::array::from_fn::<u32, 8, _>(|i| f(a[i], b[i]).to_bits())
+            };
+            assert_eq!(bits(x.add(y)), want(|a, b| a + b));
+            assert_eq!(bits(x.sub(y)), want(|a, b| a - b));
+            assert_eq!(bits(x.mul(y)), want(|a, b| a * b));
+            assert_eq!(x.min(y).store(), std::array::from_fn(|i| a[i].min(b[i])));
+            assert_eq!(x.max(y).store(), std::array::from_fn(|i| a[i].max(b[i])));
+            let mask =
+                |f: fn(f32, f32) -> bool| (0..8).fold(0, |m, i| m | u32::from(f(a[i], b[i])) << i);
+            assert_eq!(x.le(y), mask(|a, b| a <= b));
+            assert_eq!(x.lt(y), mask(|a, b| a < b));
+            let nan = L::splat(f32::NAN);
+            assert_eq!((nan.le(x), x.lt(nan)), (0, 0));
+            let enter = [5.0, 0.0, 7.0, 5.0, 3e-30, 1e30, 2.0, 9.0];
+            let exit = [6.0, 0.0, 6.0, 5.0, 4e-30, f32::INFINITY, 1.0, 9.0];
+            let links = [10, 11, 12, 13, 14, 15, 16, 17];
+            let (enter8, exit8) = (L::load(&enter), L::load(&exit));
+            let (mut t, mut sorted) = ([0.0; 8], [0; 8]);
+            let count = L::sort_hits(enter8, exit8, &links, &mut t, &mut sorted);
+            let links = sorted;
+            assert_eq!(count, 6);
+            for (t, link) in t.iter().zip(links).take(count) {
+                let exact = enter[link as usize - 10];
+                assert!(*t <= exact && *t >= exact * (1.0 - 1e-6), "{t} {exact}");
+            }
+            assert!(t[..count].is_sorted_by(|a, b| a >= b), "{t:?}");
+            assert_eq!((links[0], links[1], links[4], links[5]), (15, 17, 14, 11));
+            let sum = L::splat(3.0).mul_add(L::splat(5.0), L::splat(-1.0));
+            assert_eq!(sum.store(), [14.0; 8]);
         }
-        assert!(t[..count].is_sorted_by(|a, b| a >= b), "{t:?}");
-        assert_eq!((links[0], links[1], links[4], links[5]), (15, 17, 14, 11));
-        let sum = L::splat(3.0).mul_add(L::splat(5.0), L::splat(-1.0));
-        assert_eq!(sum.store(), [14.0; 8]);
     }
 
     #[test]
     fn lanes_compute_what_scalars_do() {
-        check::<Portable>();
-        #[cfg(target_arch = "x86_64")]
-        if Kernel::available().contains(&Kernel::Avx2) {
-            check::<Avx2>();
+        for kernel in Kernel::available() {
+            kernel.run(Check);
         }
     }
 }

@@ -12,9 +12,7 @@ pub use crate::lab::random::Rng;
 use super::bvh::Leaves;
 use super::{Bvh, KdTree, bvh, kdtree};
 use crate::math::{Aabb, Ray};
-#[cfg(target_arch = "x86_64")]
-use crate::simd::Avx2;
-use crate::simd::{Kernel, Lanes, Portable};
+use crate::simd::{Kernel, Lanes, Task};
 
 /// A tree, and how it is walked.
 pub enum Walker {
@@ -27,18 +25,28 @@ impl Walker {
     pub fn walk(&self, ray: &Ray, visit: Visit) {
         match self {
             Self::Kd(tree) => tree.walk(ray, visit),
-            Self::Bvh(built, kernel) => {
-                let mut each = Each {
-                    order: &built.order,
-                    visit,
-                };
-                match kernel {
-                    Kernel::Portable => built.tree.walk::<Portable>(ray, &mut each),
-                    #[cfg(target_arch = "x86_64")]
-                    Kernel::Avx2 => built.tree.walk::<Avx2>(ray, &mut each),
-                }
-            }
+            Self::Bvh(built, kernel) => kernel.run(Walk { built, ray, visit }),
         }
+    }
+}
+
+/// A walk through a tree of eight-wide boxes.
+struct Walk<'a> {
+    built: &'a bvh::Built,
+    ray: &'a Ray,
+    visit: Visit<'a>,
+}
+
+impl Task for Walk<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        let mut each = Each {
+            order: &self.built.order,
+            visit: self.visit,
+        };
+        self.built.tree.walk::<L>(self.ray, &mut each);
     }
 }
 
