@@ -28,6 +28,33 @@ fn every_shipped_scene_is_built_in_and_builds() {
     }
 }
 
+/// The example in docs/scenes.md has every key there is, in a scene that builds.
+#[test]
+fn the_manual_shows_every_key() {
+    let folder = scenes_folder().join("../docs");
+    let manual = std::fs::read_to_string(folder.join("scenes.md")).expect("the manual");
+    let (_, rest) = manual.split_once("```toml\n").expect("an example");
+    let (example, _) = rest.split_once("```").expect("its end");
+    let path = folder.join("example.toml");
+    let desc = parse(example, &path).unwrap_or_else(|e| panic!("{e}"));
+    let scene = Source::from_desc(desc.clone(), &path).build(&|_| ());
+    assert_eq!(scene.unwrap_or_else(|e| panic!("{e}")).warnings(), []);
+    // As the program itself writes a scene that has everything.
+    let mut full = desc;
+    full.render.full_model = true;
+    full.materials[0].texture = Some("wood.png".into());
+    full.meshes[0].file = Some("teddy.obj".into());
+    let text = toml::to_string(&full).expect("TOML");
+    let keys = text.lines().filter_map(|line| line.split_once(" = "));
+    for (key, _) in keys {
+        let has = |line: &str| {
+            line.trim_start_matches("# ")
+                .starts_with(&format!("{key} ="))
+        };
+        assert!(example.lines().any(has), "{key}");
+    }
+}
+
 #[test]
 fn every_scene_of_the_lab_is_built_in() {
     let folder = scenes_folder().join("lab");

@@ -1,10 +1,14 @@
 //! What a render will have cost and reached, told from how it went so far.
 //!
 //! The noise of independent samples falls as N^(−1/2), that of the Sobol sampler somewhat faster.
-//! A line through the newest octaves of the curve, on logarithmic axes, is drawn on to the end.
-//! Its slope is held near −1/2 where the curve is still too short to tell (a Bayesian linear
-//! regression, Gelman et al. 2013, chapter 14). Time goes on at the pace of the newest samples.
-//! Bands are wide enough to hold in nine cases of ten.
+//! The curve is drawn on from its newest place, which knows all samples of the older ones, with
+//! the slope between there and sixteen times fewer samples, held near −1/2 as far as that is
+//! uncertain (a Bayesian regression, Gelman et al. 2013, chapter 14). A place is as uncertain as
+//! the error estimate says, and somewhat more while samples are few. Time goes on at the pace of
+//! the newest samples. Bands are to hold in nine cases of ten; docs/speed-and-accuracy.md has
+//! how many they held.
+
+use crate::film::ErrorEstimate;
 
 /// A place on the curve of a render.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,8 +17,8 @@ pub struct Mark {
     pub samples: u64,
     /// Seconds of tracing.
     pub seconds: f64,
-    /// Relative error, where it is known.
-    pub noise: Option<f64>,
+    /// Relative error with its band, where it is known.
+    pub noise: Option<Span>,
 }
 
 /// When a render is to end.
@@ -40,8 +44,18 @@ pub struct Span {
 }
 
 impl Span {
+    /// An estimated error, as [`ErrorEstimate::noise`].
+    pub fn noise_of(error: &ErrorEstimate) -> Self {
+        let [low, high] = error.band();
+        Self {
+            value: error.noise(),
+            low,
+            high,
+        }
+    }
+
     /// A figure that is certain.
-    fn exact(value: f64) -> Self {
+    pub fn exact(value: f64) -> Self {
         Self {
             value,
             low: value,
@@ -67,20 +81,21 @@ pub struct Forecast {
 }
 
 /// Samples from which on the estimate of the noise is good enough to be drawn on.
-const FIRST: u64 = 4;
+const FIRST: u64 = 8;
 
-/// The line is fitted to samples that grew by this factor.
+/// The slope is taken over samples that grew by at most this factor.
 const OCTAVES: f64 = 16.0;
 
-/// Least growth of the samples from one place of the fit to the next: closer ones tell the same.
+/// Slope of the noise on logarithmic axes, and its standard deviation over scenes and methods.
+const SLOPE: [f64; 2] = [-0.51, 0.04];
+
+/// Standard deviation of the logarithm of the noise at one sample, beyond what the estimate's band
+/// says, and the power of the samples with which it falls: light that few paths bring is first
+/// missed, then overrated.
+const EARLY: [f64; 2] = [0.5, -0.75];
+
+/// Least growth of the samples from one rate to the next: closer ones tell the same.
 const STEP: f64 = 1.19;
-
-/// Slope of the noise on logarithmic axes, and how far it may be from that.
-const SLOPE: [f64; 2] = [-0.5, 0.05];
-
-/// Scatter of the noise about the line, relative, as expected before any is seen, and as many
-/// places as that expectation weighs.
-const SCATTER: [f64; 2] = [0.03, 4.0];
 
 /// Least uncertainty of the pace, relative.
 const LEAST_JITTER: f64 = 0.02;
@@ -104,7 +119,7 @@ pub fn forecast(marks: &[Mark], goal: Goal) -> Option<Forecast> {
     };
     Some(match goal {
         Goal::Samples(samples) => {
-            let samples = Span::exact(samples as f64);
+            let samples = Span::exact(samples.max(now.samples) as f64);
             Forecast {
                 samples,
                 seconds: pace.seconds(samples),
@@ -120,7 +135,13 @@ pub fn forecast(marks: &[Mark], goal: Goal) -> Option<Forecast> {
             }
         }
         Goal::Noise(noise) => {
-            let samples = trend?.reaching(noise)?;
+            let Span { value, low, high } = trend?.reaching(noise)?;
+            let least = now.samples as f64;
+            let samples = Span {
+                value: value.max(least),
+                low: low.max(least),
+                high: high.max(least),
+            };
             Forecast {
                 samples,
                 seconds: pace.seconds(samples),
@@ -197,77 +218,72 @@ impl Pace {
     }
 }
 
-/// A line through the logarithms of samples and noise.
+/// A noise that is known, in logarithms.
+#[derive(Clone, Copy)]
+struct Place {
+    samples: f64,
+    noise: f64,
+    /// Of the noise.
+    variance: f64,
+}
+
+impl Place {
+    fn of(mark: &Mark) -> Option<Self> {
+        let noise = mark.noise.filter(|n| n.low > 0.0 && n.high.is_finite())?;
+        let [early, power] = EARLY;
+        let early = early * (mark.samples as f64).powf(power);
+        let own = (noise.high / noise.low).ln() / (2.0 * BAND);
+        (mark.samples >= FIRST).then(|| Self {
+            samples: (mark.samples as f64).ln(),
+            noise: noise.value.ln(),
+            variance: early * early + own * own,
+        })
+    }
+
+    /// Variance of the noise from here to where there are more samples: these are among them.
+    fn variance_to(&self, samples: f64) -> f64 {
+        self.variance * -(self.samples - samples).min(0.0).exp_m1()
+    }
+}
+
+/// The curve's newest place and slope, in logarithms of samples and noise.
 struct Trend {
-    /// Centre of the fit.
-    center: [f64; 2],
+    newest: Place,
     slope: f64,
-    /// Variance of the slope, and of the noise about the line.
     slope_variance: f64,
-    scatter: f64,
-    /// Logarithm of the newest samples.
-    newest: f64,
 }
 
 impl Trend {
     fn of(marks: &[Mark]) -> Option<Self> {
-        let known = |m: &Mark| {
-            let noise = m.noise.filter(|n| *n > 0.0 && n.is_finite())?;
-            (m.samples >= FIRST).then(|| [(m.samples as f64).ln(), noise.ln()])
-        };
-        let mut points: Vec<[f64; 2]> = Vec::new();
-        for point in marks.iter().rev().filter_map(known) {
-            if points
-                .last()
-                .is_none_or(|last| last[0] - point[0] >= STEP.ln())
-            {
-                points.push(point);
-            }
-        }
-        let newest = points.first()?[0];
-        points.retain(|p| newest - p[0] <= OCTAVES.ln());
-        let n = points.len() as f64;
-        let mean = |i: usize| points.iter().map(|p| p[i]).sum::<f64>() / n;
-        let [x, y] = [mean(0), mean(1)];
-        let spread: f64 = points.iter().map(|p| (p[0] - x) * (p[0] - x)).sum();
-        let along: f64 = points.iter().map(|p| (p[0] - x) * (p[1] - y)).sum();
-        // Scatter about the best line, then the slope that it and the expected one agree on.
+        let mut places = marks.iter().rev().filter_map(Place::of);
+        let newest = places.next()?;
+        let way = |place: &Place| newest.samples - place.samples;
+        let oldest = places.take_while(|p| way(p) <= OCTAVES.ln()).last();
         let [expected, leeway] = SLOPE;
-        let residual = |slope: f64| {
-            let square = |p: &[f64; 2]| (p[1] - y - slope * (p[0] - x)).powi(2);
-            points.iter().map(square).sum::<f64>()
-        };
-        let free = if spread > 0.0 {
-            along / spread
-        } else {
-            expected
-        };
-        let [usual, weight] = SCATTER;
-        let scatter = (residual(free) + weight * usual * usual) / ((n - 2.0).max(0.0) + weight);
-        let precision = spread / scatter + 1.0 / (leeway * leeway);
-        let slope = (along / scatter + expected / (leeway * leeway)) / precision;
+        let (mut slope, mut precision) = (expected, 1.0 / (leeway * leeway));
+        if let Some(oldest) = oldest.filter(|p| way(p) > 0.0) {
+            let found = (newest.noise - oldest.noise) / way(&oldest);
+            let variance = oldest.variance_to(newest.samples) / (way(&oldest) * way(&oldest));
+            let both = precision + 1.0 / variance;
+            slope = (slope * precision + found / variance) / both;
+            precision = both;
+        }
         Some(Self {
-            center: [x, y],
+            newest,
             slope,
             slope_variance: 1.0 / precision,
-            scatter,
-            newest,
         })
     }
 
     /// Uncertainty of the logarithm of the noise at a logarithm of samples.
     fn deviation(&self, x: f64) -> f64 {
-        // Marks of one curve share their samples: more of them do not make the level surer.
-        let way = x - self.center[0];
-        let beyond = (x - self.newest).max(0.0);
-        // How fast noise falls may change on the way.
-        let drift = 0.02 * beyond;
-        (2.0 * self.scatter + self.slope_variance * way * way + drift * drift).sqrt()
+        let way = x - self.newest.samples;
+        (self.newest.variance_to(x) + self.slope_variance * way * way).sqrt()
     }
 
     fn at(&self, samples: f64) -> Span {
         let x = samples.max(1.0).ln();
-        let y = self.center[1] + self.slope * (x - self.center[0]);
+        let y = self.newest.noise + self.slope * (x - self.newest.samples);
         let half = BAND * self.deviation(x);
         Span {
             value: y.exp(),
@@ -281,7 +297,7 @@ impl Trend {
         if !is_reached {
             return None;
         }
-        let x = self.center[0] + (noise.ln() - self.center[1]) / self.slope;
+        let x = self.newest.samples + (noise.ln() - self.newest.noise) / self.slope;
         let half = BAND * self.deviation(x) / -self.slope;
         Some(Span {
             value: x.exp(),
@@ -295,13 +311,22 @@ impl Trend {
 mod tests {
     use super::*;
 
+    /// A noise known to within a hundredth.
+    fn known(noise: f64) -> Option<Span> {
+        Some(Span {
+            value: noise,
+            low: noise / 1.01,
+            high: noise * 1.01,
+        })
+    }
+
     /// A curve with some slope, a sample in 10 ms, up to some samples.
     fn curve(slope: f64, until: u64) -> Vec<Mark> {
         (1..=until)
             .map(|samples| Mark {
                 samples,
                 seconds: samples as f64 * 0.01,
-                noise: (samples > 1).then(|| (samples as f64).powf(slope)),
+                noise: known((samples as f64).powf(slope)).filter(|_| samples > 1),
             })
             .collect()
     }
@@ -319,7 +344,7 @@ mod tests {
             let noise = end.noise.expect("a noise");
             let truth = 4096f64.powf(slope);
             assert!(noise.holds(truth), "{slope}: {noise:?} not {truth}");
-            assert!(noise.high / noise.low < 1.6, "{noise:?}");
+            assert!(noise.high / noise.low < 1.5, "{noise:?}");
             let end = forecast(&marks, Goal::Seconds(40.96)).expect("a forecast");
             assert!(close(end.samples.value, 4096.0), "{end:?}");
             assert!(end.noise.expect("a noise").holds(truth));
@@ -331,10 +356,10 @@ mod tests {
 
     #[test]
     fn a_short_curve_is_taken_for_an_ordinary_one() {
-        let end = forecast(&curve(-0.5, 4), Goal::Samples(64)).expect("a forecast");
+        let end = forecast(&curve(-0.5, 8), Goal::Samples(64)).expect("a forecast");
         assert!(end.noise.expect("a noise").holds(0.125), "{end:?}");
-        // One sample: the time can be told, the noise cannot.
-        let end = forecast(&curve(-0.5, 1), Goal::Samples(64)).expect("a forecast");
+        // Few samples: the time can be told, the noise cannot.
+        let end = forecast(&curve(-0.5, 7), Goal::Samples(64)).expect("a forecast");
         assert!(
             close(end.seconds.value, 0.64) && end.noise.is_none(),
             "{end:?}"
@@ -365,8 +390,11 @@ mod tests {
         for (i, mark) in uneven.iter_mut().enumerate() {
             seconds += if i / 16 % 2 == 0 { 0.005 } else { 0.015 };
             mark.seconds = seconds;
-            let swing = 0.1 * (4.0 * (mark.samples as f64).ln()).sin();
-            mark.noise = mark.noise.map(|n| n * (1.0 + swing));
+            mark.noise = mark.noise.map(|n| Span {
+                low: n.low / 1.1,
+                high: n.high * 1.1,
+                ..n
+            });
         }
         let width = |marks: &[Mark]| {
             let end = forecast(marks, Goal::Samples(1024)).expect("a forecast");
@@ -398,7 +426,7 @@ mod tests {
         assert_eq!(forecast(&flat, Goal::Noise(0.5)), None);
         let mut silent = curve(-0.5, 100);
         for mark in &mut silent {
-            (mark.noise, mark.seconds) = (Some(0.0), 0.0);
+            (mark.noise, mark.seconds) = (Some(Span::exact(0.0)), 0.0);
         }
         for goal in [Goal::Samples(1000), Goal::Seconds(3.0)] {
             let end = forecast(&silent, goal).expect("a forecast");

@@ -1,17 +1,18 @@
 //! The window: a session behind, a model in hand, panels around the picture.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use egui::{CentralPanel, Color32, Context, Frame, Margin, Panel, ScrollArea, Ui, ViewportCommand};
+use lightbox_core::SceneDesc;
 use lightbox_core::scene::BUILTIN;
-use lightbox_core::{SceneDesc, color::ToneMap};
 
 use crate::dialogs::{Answer, Dialogs, OPENS};
 use crate::keys::{self, Action};
 use crate::model::{Model, scene_name};
 use crate::orbit;
 use crate::panels::{self, Banners, ChartPanel, LabPanel, RacePanel};
-use crate::session::{Activity, Budget, Moment, Notice, Session, Status};
+use crate::session::{Activity, Budget, Look, Moment, Notice, Session, Status};
+use crate::undo::Undo;
 use crate::viewport::Viewport;
 
 /// Stops by which a key changes the exposure.
@@ -80,7 +81,7 @@ pub struct App {
     session: Session,
     model: Model,
     /// What the engine was told last.
-    sent: (SceneDesc, ToneMap, Budget),
+    sent: (SceneDesc, Look, Budget),
     /// Whether it was told to rest.
     rests: bool,
     /// The `opened` count that the model belongs to.
@@ -88,6 +89,7 @@ pub struct App {
     /// The file named in the window's title.
     title: PathBuf,
     is_paused: bool,
+    undo: Undo,
     viewport: Viewport,
     banners: Banners,
     dialogs: Dialogs,
@@ -118,6 +120,7 @@ impl App {
             opened: 0,
             title: PathBuf::new(),
             is_paused: false,
+            undo: Undo::default(),
             viewport: Viewport::default(),
             banners: Banners::default(),
             dialogs: Dialogs::default(),
@@ -140,7 +143,7 @@ impl App {
         &self.model
     }
 
-    /// Writes the picture to a file, in the background.
+    /// Writes the picture, or the scene as a *.toml, to a file, in the background.
     pub fn save(&self, path: PathBuf) {
         self.session.save(path);
     }
@@ -151,7 +154,16 @@ impl App {
             return;
         }
         self.opened = status.opened;
+        self.is_paused = false;
+        let is_same_file = status
+            .scene
+            .as_ref()
+            .is_some_and(|s| s.path() == self.title);
         self.model.open(&status.desc, status.tone);
+        // To read a file again is an edit that can be undone.
+        if !is_same_file {
+            self.undo.open(&self.model.desc);
+        }
         self.sent.0 = (*status.desc).clone();
     }
 
@@ -168,16 +180,19 @@ impl App {
     fn act(&mut self, ctx: &Context, action: Action, status: &Status) {
         match action {
             Action::Open => self.dialogs.open(ctx),
-            Action::OpenPath(path) => self.open(&path),
+            Action::OpenPath(path) => self.session.open(&path),
             Action::Reload => {
                 if let Some(scene) = &status.scene {
-                    self.open(scene.path());
+                    self.session.open(scene.path());
                 }
             }
             Action::SavePng => self.ask_where_to_save(ctx, "png", status),
             Action::SaveExr => self.ask_where_to_save(ctx, "exr", status),
-            Action::Pause if matches!(status.activity, Activity::Rendering | Activity::Paused) => {
-                self.set_paused(!self.is_paused);
+            Action::Pause
+                if !self.race.is_running()
+                    && matches!(status.activity, Activity::Rendering | Activity::Paused) =>
+            {
+                self.is_paused = !self.is_paused;
             }
             Action::Pause => {}
             Action::Frame => self.frame(ctx, status),
@@ -187,6 +202,16 @@ impl App {
                 .glide(ctx, &self.model, self.model.file_camera),
             Action::Brighter => self.expose(EXPOSURE_STEP),
             Action::Darker => self.expose(-EXPOSURE_STEP),
+            Action::SaveScene => self.ask_where_to_save_scene(ctx, status),
+            Action::Undo => {
+                self.viewport.gestures.halt();
+                self.undo.undo(&mut self.model.desc);
+            }
+            Action::Redo => {
+                self.viewport.gestures.halt();
+                self.undo.redo(&mut self.model.desc);
+            }
+            Action::ErrorMap => self.model.shows_error = !self.model.shows_error,
             Action::Help => self.is_help_open = !self.is_help_open,
             Action::Lab => self.lab.is_open = !self.lab.is_open,
             Action::Chart => self.chart.is_open = !self.chart.is_open,
@@ -202,15 +227,6 @@ impl App {
             Action::Escape => self.model.selection = None,
             Action::Quit => ctx.send_viewport_cmd(ViewportCommand::Close),
         }
-    }
-
-    fn open(&mut self, path: &Path) {
-        self.session.open(path);
-        self.set_paused(false);
-    }
-
-    fn set_paused(&mut self, paused: bool) {
-        self.is_paused = paused;
     }
 
     fn expose(&mut self, stops: f32) {
@@ -236,14 +252,22 @@ impl App {
 
     fn ask_where_to_save(&mut self, ctx: &Context, extension: &'static str, status: &Status) {
         if let Some(scene) = status.scene.as_ref().filter(|_| status.samples > 0) {
-            let name = format!(
-                "{}-{}spp.{extension}",
-                scene_name(scene.path()),
-                status.samples
-            );
+            let name = scene_name(scene.path());
+            // More samples come while the dialog is open.
+            let name = match status.activity {
+                Activity::Rendering => format!("{name}.{extension}"),
+                _ => format!("{name}-{}spp.{extension}", status.samples),
+            };
             self.dialogs.save(ctx, &name, extension);
         } else {
             self.complain(ctx, "there is no picture to save yet".into());
+        }
+    }
+
+    fn ask_where_to_save_scene(&mut self, ctx: &Context, status: &Status) {
+        if let Some(scene) = &status.scene {
+            let name = format!("{}.toml", scene_name(scene.path()));
+            self.dialogs.save(ctx, &name, "toml");
         }
     }
 
@@ -258,7 +282,7 @@ impl App {
 
     fn take_answers(&mut self, ctx: &Context) {
         match self.dialogs.answer() {
-            Some(Answer::Open(path)) => self.open(&path),
+            Some(Answer::Open(path)) => self.session.open(&path),
             Some(Answer::Save(path)) => self.save(path),
             Some(Answer::Reference(path)) => self.session.load_reference(path),
             Some(Answer::Race(folder)) => self.race.save(ctx, folder),
@@ -276,7 +300,7 @@ impl App {
             .iter()
             .any(|e| path.extension().is_some_and(|x| x.eq_ignore_ascii_case(e)));
         if known {
-            self.open(path);
+            self.session.open(path);
         } else {
             self.complain(
                 ctx,
@@ -306,9 +330,13 @@ impl App {
             self.rests = rests;
             self.session.set_paused(rests);
         }
-        if self.model.tone != self.sent.1 {
-            self.sent.1 = self.model.tone;
-            self.session.set_tone(self.model.tone);
+        let look = Look {
+            tone: self.model.tone,
+            shows_error: self.model.shows_error,
+        };
+        if look != self.sent.1 {
+            self.sent.1 = look;
+            self.session.set_look(look);
         }
         if self.model.budget != self.sent.2 {
             self.sent.2 = self.model.budget;
@@ -334,10 +362,12 @@ impl eframe::App for App {
         self.take_answers(&ctx);
         self.take_drops(&ctx);
 
+        let is_held = self.viewport.gestures.is_gliding() || ctx.input(|i| i.pointer.any_down());
+        self.undo.watch(&self.model.desc, is_held);
         let mut actions = keys::pressed(&ctx);
-        Panel::bottom("status")
-            .exact_size(32.0)
-            .show(ui, |ui| panels::status_bar_ui(ui, &status, &mut actions));
+        Panel::bottom("status").exact_size(32.0).show(ui, |ui| {
+            panels::status_bar_ui(ui, &status, self.race.is_running(), &mut actions)
+        });
         Panel::right("controls")
             .default_size(310.0)
             .size_range(270.0..=480.0)
@@ -351,7 +381,7 @@ impl eframe::App for App {
                     };
                     Frame::new().inner_margin(margin).show(ui, |ui| {
                         let model = &mut self.model;
-                        panels::scene_ui(ui, model, &status, &mut actions);
+                        panels::scene_ui(ui, model, &status, self.undo.can(), &mut actions);
                         panels::budget_ui(ui, model, &status);
                         panels::render_ui(ui, model);
                         panels::display_ui(ui, model);

@@ -1,11 +1,13 @@
 //! The command line: what can be asked for, and the first check of each value.
 
 use std::ops::Range;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
+use crate::commands::scene_path;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use clap::{Parser, Subcommand};
+use clap::error::ErrorKind;
+use clap::{CommandFactory as _, Parser, Subcommand};
 use glam::Vec3;
 use lightbox_core::color::{ToneCurve, ToneMap};
 use lightbox_core::settings::{MAX_SEED, MAX_SIZE, parse_depth};
@@ -70,7 +72,7 @@ pub struct AdviseArgs {
     #[arg(long, value_name = "WxH", value_parser = size, help_heading = SETTINGS)]
     pub size: Option<[u32; 2]>,
     /// Worker threads [default: all]
-    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..), allow_negative_numbers = true)]
     pub threads: Option<u16>,
 }
 
@@ -86,7 +88,7 @@ pub struct RenderArgs {
     pub output: Option<PathBuf>,
 
     /// Stop at N samples per pixel [default: the scene's, unless --seconds or --noise is given]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..), help_heading = STOP)]
+    #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true, help_heading = STOP)]
     pub spp: Option<u64>,
     /// Stop after S seconds of tracing, to the nearest whole sample per pixel, at least one
     #[arg(long, value_name = "S", value_parser = positive, allow_negative_numbers = true, help_heading = STOP)]
@@ -114,7 +116,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "S", value_parser = named(SamplerKind::ALL, SamplerKind::name), help_heading = SETTINGS)]
     pub sampler: Option<SamplerKind>,
     /// Chooses the random numbers
-    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u64).range(..=MAX_SEED), help_heading = SETTINGS)]
+    #[arg(long, value_name = "K", value_parser = seed, allow_negative_numbers = true, help_heading = SETTINGS)]
     pub seed: Option<u64>,
     /// Leave out nothing, not even what the scene does not need: the same picture, later
     #[arg(long, help_heading = SETTINGS)]
@@ -155,7 +157,7 @@ pub struct RenderArgs {
     pub every: Option<f64>,
 
     /// Worker threads; the picture does not depend on them [default: all]
-    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..), allow_negative_numbers = true)]
     pub threads: Option<u16>,
     /// Print one JSON object
     #[arg(long)]
@@ -258,28 +260,46 @@ pub struct RaceArgs {
     #[arg(long, value_name = "D", value_parser = depth, help_heading = SETTINGS)]
     pub depth: Option<u32>,
     /// Worker threads [default: all]
-    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..))]
+    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..), allow_negative_numbers = true)]
     pub threads: Option<u16>,
 }
 
 /// Ends the program with what is wrong with the command line, or with the help asked for.
-pub fn exit(mut error: clap::Error) -> ! {
-    use clap::CommandFactory as _;
-    use clap::error::ErrorKind;
-    // Two words, of which the first is no command, are taken for a scene and a command that
-    // exclude each other; the first is more likely a command misspelt.
-    if error.kind() == ErrorKind::ArgumentConflict
-        && let Some(word) = std::env::args().nth(1)
-    {
-        let commands = Args::command();
-        let names: Vec<&str> = commands.get_subcommands().map(|c| c.get_name()).collect();
-        if !names.contains(&word.as_str()) {
-            let remedy = suggest::among(&word, &names);
-            let text = format!("no command is called \"{word}\"{remedy}\n");
-            error = clap::Error::raw(ErrorKind::InvalidSubcommand, text);
-        }
+pub fn exit(error: clap::Error) -> ! {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    match misplaced(&words, error.kind()) {
+        Some(text) => clap::Error::raw(error.kind(), text + "\n").exit(),
+        None => error.exit(),
     }
-    error.exit()
+}
+
+/// What is wrong if the first word is no command: clap takes it for the scene of a window.
+fn misplaced(words: &[String], kind: ErrorKind) -> Option<String> {
+    let [first, rest @ ..] = words else {
+        return None;
+    };
+    let commands = Args::command();
+    let names: Vec<&str> = commands.get_subcommands().map(|c| c.get_name()).collect();
+    if first.starts_with('-') || names.contains(&first.as_str()) {
+        return None;
+    }
+    let is_scene = scene_path(Path::new(first)).is_ok();
+    match kind {
+        // A scene and a second word, which exclude each other, or an option of a command.
+        ErrorKind::ArgumentConflict | ErrorKind::UnknownArgument if !is_scene => {
+            let remedy = suggest::among(first, &names);
+            Some(format!("no command is called \"{first}\"{remedy}"))
+        }
+        ErrorKind::ArgumentConflict => Some(format!(
+            "a window shows one scene; \"{}\" is one too many",
+            rest.first()?
+        )),
+        ErrorKind::UnknownArgument => Some(format!(
+            "a window takes no options; without one: lightbox render {} -o FILE.png",
+            words.join(" ")
+        )),
+        _ => None,
+    }
 }
 
 impl RenderArgs {
@@ -351,6 +371,16 @@ fn depth(text: &str) -> Result<u32, String> {
         0 => Err("use 1 (emitters only) or more, or \"unlimited\"".into()),
         depth => Ok(depth),
     }
+}
+
+fn count(text: &str) -> Result<u64, String> {
+    let number = text.parse().ok().filter(|n| *n > 0);
+    number.ok_or_else(|| "use a whole number from 1 on".into())
+}
+
+fn seed(text: &str) -> Result<u64, String> {
+    let seed = text.parse().ok().filter(|seed| *seed <= MAX_SEED);
+    seed.ok_or_else(|| format!("use a whole number from 0 to {MAX_SEED}"))
 }
 
 fn positive(text: &str) -> Result<f64, String> {

@@ -82,7 +82,17 @@ impl Gestures {
 
     /// Whether the camera moves or is being moved, so that its pivot is of interest.
     pub fn is_moving(&self, response: &Response) -> bool {
-        self.glide.is_some() || response.dragged()
+        self.is_gliding() || response.dragged()
+    }
+
+    /// Whether the camera is gliding somewhere.
+    pub fn is_gliding(&self) -> bool {
+        self.glide.is_some()
+    }
+
+    /// Leaves the camera where it is.
+    pub fn halt(&mut self) {
+        self.glide = None;
     }
 
     /// Where the camera glides to, or stands.

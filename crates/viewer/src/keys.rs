@@ -41,6 +41,14 @@ pub enum Action {
     Plan,
     /// Choose a reference for the error chart.
     Reference,
+    /// Show the error of each pixel, or its light.
+    ErrorMap,
+    /// Take back the last edit.
+    Undo,
+    /// Do again what was taken back.
+    Redo,
+    /// Save the scene with every edit.
+    SaveScene,
     /// Close a window over the picture, or select nothing.
     Escape,
     /// Close the window.
@@ -74,6 +82,12 @@ pub const KEYS: &[(Modifiers, Key, Action, &str)] = &[
         "save the picture as shown (PNG)",
     ),
     (
+        COMMAND.plus(SHIFT),
+        Key::T,
+        Action::SaveScene,
+        "save the scene with every edit (TOML)",
+    ),
+    (
         PLAIN,
         Key::Space,
         Action::Pause,
@@ -88,7 +102,20 @@ pub const KEYS: &[(Modifiers, Key, Action, &str)] = &[
     (PLAIN, Key::Home, Action::Home, "back to the file's camera"),
     (SHIFT, Key::E, Action::Darker, "half a stop darker"),
     (PLAIN, Key::E, Action::Brighter, "half a stop brighter"),
-    (PLAIN, Key::Escape, Action::Escape, "select nothing"),
+    (
+        PLAIN,
+        Key::Escape,
+        Action::Escape,
+        "close the topmost window, or select nothing",
+    ),
+    (
+        COMMAND.plus(SHIFT),
+        Key::Z,
+        Action::Redo,
+        "do again what was undone",
+    ),
+    (COMMAND, Key::Z, Action::Undo, "undo the last edit"),
+    (COMMAND, Key::Y, Action::Redo, ""),
     (PLAIN, Key::F1, Action::Help, "show or hide this list"),
     (PLAIN, Key::Questionmark, Action::Help, ""),
     (
@@ -114,6 +141,12 @@ pub const KEYS: &[(Modifiers, Key, Action, &str)] = &[
         Key::F5,
         Action::Plan,
         "show or hide the plan and where the time goes",
+    ),
+    (
+        PLAIN,
+        Key::F6,
+        Action::ErrorMap,
+        "show the error of each pixel, or its light",
     ),
     (COMMAND, Key::Q, Action::Quit, "quit"),
 ];

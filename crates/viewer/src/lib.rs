@@ -18,4 +18,5 @@ pub mod saved;
 pub mod savings;
 pub mod session;
 pub mod spent;
+pub mod undo;
 pub mod viewport;

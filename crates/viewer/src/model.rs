@@ -65,6 +65,8 @@ pub struct Model {
     pub selection: Option<Selection>,
     /// From light to screen.
     pub tone: ToneMap,
+    /// Whether pixels show their error instead of their light.
+    pub shows_error: bool,
     /// Hue of an emission whose strength is zero: material name and colour.
     pub unlit: Option<(String, Vec3)>,
 }
@@ -80,6 +82,7 @@ impl Model {
             size: tone.map_or(self.size, |_| PictureSize::AsInFile),
             budget: tone.map_or(self.budget, |_| Budget::Samples),
             tone: tone.unwrap_or(self.tone),
+            shows_error: self.shows_error,
             ..Self::default()
         };
     }

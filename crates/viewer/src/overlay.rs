@@ -128,7 +128,9 @@ pub fn readout(
     let [sx, sy] = pixel_of(snapshot.size);
     let start = 3 * (sy * snapshot.size[0] + sx);
     let mut text = format!("{x}, {y}");
-    if let Some([r, g, b]) = snapshot.rgb.get(start..start + 3) {
+    if let Some([r, g, b]) = snapshot.rgb.get(start..start + 3)
+        && !model.shows_error
+    {
         text += &format!("    sRGB {r} {g} {b}");
     }
     match pick(scene, &model.desc.camera, size, at) {

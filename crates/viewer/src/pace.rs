@@ -1,7 +1,7 @@
 //! How far to render next and when to stop. Pure: it is told the time, and whatever it is told,
 //! the samples themselves stay the same.
 
-use lightbox_core::forecast::Goal;
+use lightbox_core::forecast::{Forecast, Goal, Mark, forecast};
 use serde::Serialize;
 
 /// How long a batch of samples should take, seconds: rare enough to cost nothing, often enough
@@ -11,6 +11,17 @@ const BATCH: f64 = 0.2;
 /// Samples per pixel at which the noise is measured first: with fewer, the estimate itself is
 /// too noisy to stop by.
 pub const FIRST_CHECK: u64 = 16;
+
+/// Foretells how a render will end, which does not look at its noise before [`FIRST_CHECK`].
+pub fn foretell(marks: &[Mark], goal: Goal) -> Option<Forecast> {
+    let foretold = forecast(marks, goal)?;
+    match goal {
+        Goal::Noise(_) if foretold.samples.value < FIRST_CHECK as f64 => {
+            forecast(marks, Goal::Samples(FIRST_CHECK))
+        }
+        _ => Some(foretold),
+    }
+}
 
 /// Where a render stops: at whichever is reached first.
 #[derive(Clone, Copy, Debug, Default)]

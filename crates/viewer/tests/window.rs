@@ -20,11 +20,11 @@ const SLIDER_LEFT: i32 = 1073;
 const SLIDER_RIGHT: i32 = 1192;
 const SCENE_LIST: (i32, i32) = (1168, 37);
 const SPHERE_MIRROR: (i32, i32) = (1170, 110);
-const SAMPLES_Y: i32 = 158;
-const DEPTH_Y: i32 = 261;
-const RADIUS_Y: i32 = 330;
-const EXPOSURE_Y: i32 = 502;
-const MIRROR_Y: i32 = 627;
+const SAMPLES_Y: i32 = 181;
+const DEPTH_Y: i32 = 284;
+const RADIUS_Y: i32 = 353;
+const EXPOSURE_Y: i32 = 525;
+const MIRROR_Y: i32 = 673;
 const TEDDY: (i32, i32) = (485, 400);
 
 /// Processes that end with the test, and the folder they work in.

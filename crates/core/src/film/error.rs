@@ -28,6 +28,8 @@ pub struct ErrorEstimate {
     pub low: f64,
     /// Its upper end.
     pub high: f64,
+    /// Mean radiance over pixels and channels, W/(m²·sr).
+    pub mean: f64,
 }
 
 /// What a tile contributes to the estimate.
@@ -37,6 +39,8 @@ pub struct TileError {
     sum: f64,
     /// Estimated variance of `sum` around what it estimates.
     variance: f64,
+    /// Radiance, summed likewise.
+    light: f64,
     pixels: u32,
 }
 
@@ -69,6 +73,7 @@ impl ErrorEstimate {
             let tile = tile?;
             all.sum += tile.sum;
             all.variance += tile.variance;
+            all.light += tile.light;
             all.pixels += tile.pixels;
         }
         let rel_mse = all.rel_mse();
@@ -82,6 +87,7 @@ impl ErrorEstimate {
             rel_mse,
             low: rel_mse / factor,
             high: rel_mse * factor,
+            mean: all.light / (3.0 * f64::from(all.pixels)),
         })
     }
 
@@ -119,7 +125,7 @@ impl Film {
     /// halves differ too little or too much by chance. `None` as for [`Film::error`].
     pub fn pixel_errors(&self, i: usize) -> Option<(TileRect, Vec<f32>)> {
         let tile = self.tile(i);
-        let squares = self.relative_squares(&tile)?;
+        let (squares, _) = self.relative_squares(&tile)?;
         let (around, counts) = (around(&squares), around(&ones(tile.rect)));
         let error = |i: usize| ((squares[i] + around[i]) / (3.0 * (counts[i] + 1.0))).sqrt();
         Some((tile.rect, places(tile.rect).map(error).collect()))
@@ -132,8 +138,9 @@ impl Film {
     }
 
     pub(crate) fn error_of(&self, tile: &Tile) -> Option<TileError> {
-        let squares = self.relative_squares(tile)?;
+        let (squares, light) = self.relative_squares(tile)?;
         let mut error = TileError {
+            light,
             pixels: tile.rect.width * tile.rect.height,
             ..TileError::default()
         };
@@ -182,16 +189,19 @@ impl Film {
         Some(light)
     }
 
-    /// Estimated squared error over (truth² + 0.01) of each pixel, summed over channels.
-    fn relative_squares(&self, tile: &Tile) -> Option<Plane> {
+    /// Estimated squared error over (truth² + 0.01) of each pixel, summed over channels, and the
+    /// radiance of all, summed likewise.
+    fn relative_squares(&self, tile: &Tile) -> Option<(Plane, f64)> {
         if tile.samples < 2 {
             return None;
         }
         let mut means = [EMPTY; 3];
         let mut squares = [EMPTY; 3];
+        let mut light = 0.0;
         for (i, cells) in places(tile.rect).zip(tile.pixels()) {
             let (mean, difference) = self.halves(cells)?;
             let square = difference * difference;
+            light += mean.element_sum();
             for channel in 0..3 {
                 means[channel][i] = mean[channel] as f32;
                 squares[channel][i] = square[channel] as f32;
@@ -222,7 +232,7 @@ impl Film {
                 relative[i] += square / (truth * truth + 0.01);
             }
         }
-        Some(relative)
+        Some((relative, light))
     }
 }
 

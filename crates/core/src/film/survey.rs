@@ -76,10 +76,6 @@ impl Survey {
         }
         Some(())
     }
-
-    fn total(&self) -> f64 {
-        self.by_length.iter().map(|x| real(*x)).sum()
-    }
 }
 
 impl Tile {
@@ -116,7 +112,7 @@ pub struct Lost {
 #[derive(Clone, Debug, Default)]
 pub struct Light {
     sum: Survey,
-    /// What the depth leaves out, and all light, of each tile of which some is known.
+    /// What the depth leaves out, and paths, of each tile of which some were followed.
     tiles: Vec<[f64; 2]>,
 }
 
@@ -125,44 +121,52 @@ impl Light {
         if tile.survey.paths > 0 {
             // Each was part of a sum that fits; a longer film could not be held either.
             let _ = self.sum.add(&tile.survey);
-            let of_tile = [real(tile.survey.beyond), tile.survey.total()];
-            self.tiles.push(of_tile);
+            let Survey { paths, beyond, .. } = tile.survey;
+            self.tiles.push([real(beyond), paths as f64]);
         }
     }
 
-    /// What the depth of the picture leaves out. `None` as long as less than two tiles tell of it.
-    /// The standard error is that of a ratio of sums over tiles (Cochran 1977, Sampling
-    /// Techniques, section 6.4).
-    pub fn lost(&self) -> Option<Lost> {
+    /// What the depth of a picture of some `mean` radiance ([`super::ErrorEstimate::mean`]) leaves out.
+    /// `None` as long as less than two tiles tell of it. What is found within the depth is known
+    /// from all samples; what is beyond, from the paths followed, with the standard error of a
+    /// mean over tiles (Cochran 1977, Sampling Techniques, section 9.3).
+    pub fn lost(&self, mean: f64) -> Option<Lost> {
         let n = self.tiles.len() as f64;
-        let [lost, all] = self
-            .tiles
-            .iter()
-            .fold([0.0; 2], |a, b| [a[0] + b[0], a[1] + b[1]]);
-        if n < 2.0 || all <= 0.0 {
+        let (beyond, all) = (self.per_path(&[self.sum.beyond]), self.all(mean)?);
+        if n < 2.0 {
             return None;
         }
-        let share = lost / all;
-        let squares = self.tiles.iter().map(|[l, a]| (l - share * a).powi(2));
-        let variance = n / (n - 1.0) * squares.sum::<f64>() / (all * all);
+        let squares = self.tiles.iter().map(|[l, p]| (l - beyond * p).powi(2));
+        let variance = n / (n - 1.0) * squares.sum::<f64>() / (self.sum.paths as f64).powi(2);
         Some(Lost {
-            share,
-            error: variance.sqrt(),
+            share: beyond / all,
+            error: variance.sqrt() * (all - beyond) / (all * all),
             paths: self.sum.paths,
         })
     }
 
-    /// Share of all light that paths of more than `depth` segments bring; known up to 63.
-    pub fn beyond(&self, depth: u32) -> Option<f64> {
-        let all = self.sum.total();
+    /// Share of all light that paths of more than `depth` segments bring; known up to 63, and up to
+    /// the depth of the picture.
+    pub fn beyond(&self, depth: u32, mean: f64) -> Option<f64> {
         let within = usize::try_from(depth).ok().filter(|d| *d < LENGTHS)?;
-        let rest = self.sum.by_length.iter().skip(within);
-        (all > 0.0).then(|| rest.map(|x| real(*x)).sum::<f64>() / all)
+        let rest = self.sum.by_length.get(within..).unwrap_or_default();
+        Some(self.per_path(rest) / self.all(mean)?)
     }
 
     /// The least depth that leaves out less than a share of all light.
-    pub fn least_depth(&self, share: f64) -> Option<u32> {
-        (1..LENGTHS as u32).find(|depth| self.beyond(*depth).is_some_and(|lost| lost < share))
+    pub fn least_depth(&self, share: f64, mean: f64) -> Option<u32> {
+        let is_enough = |depth: &u32| self.beyond(*depth, mean).is_some_and(|lost| lost < share);
+        (1..LENGTHS as u32).find(is_enough)
+    }
+
+    /// Radiance per path, channels summed: within the depth and beyond; `None` without any.
+    fn all(&self, mean: f64) -> Option<f64> {
+        let all = 3.0 * mean + self.per_path(&[self.sum.beyond]);
+        (self.sum.paths > 0 && all > 0.0).then_some(all)
+    }
+
+    fn per_path(&self, sums: &[i128]) -> f64 {
+        sums.iter().map(|x| real(*x)).sum::<f64>() / self.sum.paths as f64
     }
 }
 

@@ -16,7 +16,7 @@ use crate::simd::{Kernel, Lanes, Portable, Task};
 
 /// Below this many triangles, testing them all beats walking a tree (measured:
 /// docs/ray-casting.md).
-const SWEEP_BELOW: usize = 25;
+const SWEEP_BELOW: usize = 17;
 
 /// Primitives with their accelerator: what rays are cast at. Frozen.
 #[derive(Debug)]

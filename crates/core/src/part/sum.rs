@@ -29,8 +29,8 @@ pub struct Sum {
     pub paths: u64,
     /// Rays cast.
     pub rays: u64,
-    /// Estimated relative error, as [`crate::film::ErrorEstimate::noise`].
-    pub noise: Option<f64>,
+    /// Estimated error.
+    pub error: Option<ErrorEstimate>,
     /// Samples left out, as [`crate::Film::invalid`].
     pub invalid: (u64, Vec<InvalidSample>),
     /// As [`crate::Film::light`].
@@ -170,7 +170,7 @@ impl Parts {
         Ok(Sum {
             paths: self.head.samples_per_pixel() * u64::from(width) * u64::from(height),
             rays,
-            noise: ErrorEstimate::of(errors).map(|e| e.noise()),
+            error: ErrorEstimate::of(errors),
             invalid: (invalid_count, invalid),
             light,
             head: self.head,

@@ -1,5 +1,7 @@
 //! What the runs of a race amount to: curves over all seeds, efficiency, slope, and who is ahead.
 
+use std::fmt;
+
 use serde::Serialize;
 
 use super::{Point, Run};
@@ -15,11 +17,19 @@ const TROUBLE: f64 = -0.9;
 pub struct Slope {
     /// Mean over seeds.
     pub value: f64,
-    /// Standard error of that mean; 0 for one seed.
-    pub error: f64,
+    /// Standard error of that mean; unknown of one seed.
+    pub error: Option<f64>,
     /// Clearly worse than −1: outliers too rare for the time given, or an error that does not
     /// fall at all.
     pub trouble: bool,
+}
+
+impl fmt::Display for Slope {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:.2}", self.value)?;
+        self.error
+            .map_or(Ok(()), |error| write!(f, " ± {error:.2}"))
+    }
 }
 
 /// A contestant's error against time over all its seeds.
@@ -139,15 +149,11 @@ fn slope(runs: &[&[Point]]) -> Option<Slope> {
     }
     let value = slopes.iter().sum::<f64>() / n;
     let squares: f64 = slopes.iter().map(|s| (s - value) * (s - value)).sum();
-    let error = if n > 1.0 {
-        (squares / (n * (n - 1.0))).sqrt()
-    } else {
-        0.0
-    };
+    let error = (n > 1.0).then(|| (squares / (n * (n - 1.0))).sqrt());
     Some(Slope {
         value,
         error,
-        trouble: value - 2.0 * error > TROUBLE,
+        trouble: value - 2.0 * error.unwrap_or(0.0) > TROUBLE,
     })
 }
 

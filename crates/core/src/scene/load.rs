@@ -1,6 +1,7 @@
 //! From files to descriptions: TOML scenes, bare OBJ meshes and the built-in scenes.
 
 use std::borrow::Cow;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -12,6 +13,7 @@ use super::desc::{MeshDesc, SceneDesc};
 use super::error::{SceneError, SceneWarning};
 use super::obj::ObjMesh;
 use super::{MeshCache, Phase, Scene, stage};
+use crate::image_io::write_aside;
 
 /// A description with the file it came from.
 #[derive(Clone, Debug)]
@@ -125,6 +127,18 @@ impl Source {
 /// Line number, from 1, of a byte.
 fn line_of(text: &str, byte: usize) -> usize {
     1 + text.bytes().take(byte).filter(|b| *b == b'\n').count()
+}
+
+/// Writes a scene file that reads back as this description, whole or not at all; the error is one
+/// line. Files that it names should be absolute ([`SceneDesc::detached`]).
+pub fn save(path: &Path, desc: &SceneDesc) -> Result<(), String> {
+    let cannot = |why: &dyn std::fmt::Display| {
+        format!("{}: the scene cannot be written ({why})", path.display())
+    };
+    let text = toml::to_string(desc).map_err(|e| cannot(&e))?;
+    write_aside(path, |file| {
+        file.write_all(text.as_bytes()).map_err(|e| cannot(&e))
+    })
 }
 
 /// Parses a TOML scene; `path` is for messages.

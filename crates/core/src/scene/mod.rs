@@ -22,7 +22,7 @@ pub use builtin::{LAB as BUILTIN_LAB, NAMES as BUILTIN};
 pub use census::{Census, MaterialKinds};
 pub use desc::{CameraDesc, MaterialDesc, MeshDesc, QuadDesc, SceneDesc, SphereDesc};
 pub use error::{SceneError, SceneWarning};
-pub use load::{Source, load, parse};
+pub use load::{Source, load, parse, save};
 
 use crate::geometry::{Geometry, Hit, Primitives};
 use crate::light::Lights;

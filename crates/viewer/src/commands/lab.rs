@@ -73,6 +73,15 @@ pub fn run(args: &LabArgs) -> Result<Outcome, String> {
             output.display()
         ));
     }
+    if let Some(folder) = args.output.as_deref().and_then(Path::parent)
+        && !folder.as_os_str().is_empty()
+        && !folder.is_dir()
+    {
+        return Err(format!(
+            "{}: there is no such folder for the report; create it first",
+            folder.display()
+        ));
+    }
     // On standard error, and only if that is a terminal.
     let bar = ProgressBar::new(chosen.len() as u64);
     let results: Vec<Run> = chosen

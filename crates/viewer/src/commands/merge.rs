@@ -67,9 +67,9 @@ pub fn run(args: &MergeArgs) -> Result<String, String> {
         paths: sum.paths,
         rays: sum.rays,
         seconds: sum.head.seconds,
-        noise: sum.noise,
+        noise: sum.error.map(|e| e.noise()),
         invalid_samples: *invalid_samples,
-        lost_to_depth: sum.light.lost(),
+        lost_to_depth: sum.error.and_then(|e| sum.light.lost(e.mean)),
     };
     if args.json {
         return json_line(&report);

@@ -77,12 +77,14 @@ fn or<T: Copy>(asked: &[T], scene: T) -> Vec<T> {
 
 impl Plan {
     fn new(args: &RaceArgs) -> Result<Self, String> {
-        let positive = args.seconds > 0.0 && args.seconds.is_finite();
-        if !positive || args.seeds == 0 {
+        if !(args.seconds > 0.0 && args.seconds.is_finite()) {
             return Err(format!(
-                "--seconds {} --seeds {}: nobody can race for that long; use more than 0 of both",
-                args.seconds, args.seeds
+                "--seconds {}: nobody can race for that long; use more than 0",
+                args.seconds
             ));
+        }
+        if args.seeds == 0 {
+            return Err("--seeds 0: nothing to race; use 1 or more".into());
         }
         let mut choice = Choice {
             methods: list(args.methods.as_deref())?,

@@ -214,7 +214,7 @@ fn render(args: &RenderArgs) -> Result<Outcome, String> {
         display = start.elapsed();
     }
     let start = Instant::now();
-    let noise = film.error().map(|e| e.noise());
+    let error = film.error();
     let light = film.light();
     measuring += start.elapsed();
     let threads = rayon::current_num_threads();
@@ -234,12 +234,12 @@ fn render(args: &RenderArgs) -> Result<Outcome, String> {
         seconds: progress.seconds,
         load_seconds,
         build_seconds,
-        noise,
+        noise: error.map(|e| e.noise()),
         invalid_samples,
         lost_light: LostLight {
-            depth: light.lost(),
+            depth: error.and_then(|e| light.lost(e.mean)),
             roulette: 0.0,
-            enough_depth: noise.and_then(|noise| light.least_depth(NEGLIGIBLE * noise)),
+            enough_depth: error.and_then(|e| light.least_depth(NEGLIGIBLE * e.noise(), e.mean)),
         },
         times: Spent::new(
             [load_seconds, build_seconds],

@@ -3,7 +3,7 @@
 use egui::{DragValue, Ui};
 use glam::Vec3;
 
-use super::widgets::{RESTARTS, labelled, row, section, slider, thirds};
+use super::widgets::{RESTARTS, labelled, number, row, section, slider, thirds};
 use crate::keys::{self, Action};
 use crate::model::Model;
 use crate::session::Status;
@@ -49,6 +49,7 @@ fn point(ui: &mut Ui, name: &str, value: &mut Vec3, speed: f64) {
         let width = thirds(ui);
         for (axis, x) in ["x", "y", "z"].into_iter().zip(value.as_mut()) {
             let drag = DragValue::new(x)
+                .custom_parser(number)
                 .speed(speed)
                 .max_decimals(3)
                 .clip_text(true);
@@ -72,7 +73,7 @@ fn copy(ui: &mut Ui, model: &Model, status: &Status) {
             "The file does not have your edits. Save the picture: it has them, and renders again.",
         );
     if button.clicked() {
-        let line = crate::replay::line(scene.path(), &model.desc, model.desc.render.samples);
+        let line = crate::replay::command(scene.path(), &model.desc, model.desc.render.samples);
         ui.ctx().copy_text(line);
     }
 }

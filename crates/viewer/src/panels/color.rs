@@ -5,7 +5,7 @@ use egui::ecolor::{Hsva, HsvaGamma};
 use egui::{Color32, DragValue, Popup, PopupCloseBehavior, Response, Rgba, Sense, Ui, WidgetInfo};
 use glam::Vec3;
 
-use super::widgets::{labelled, row, slider, thirds};
+use super::widgets::{labelled, number, row, slider, thirds};
 
 /// Edits a colour with parts in [0, 1]; says whether it was touched.
 pub fn color(ui: &mut Ui, name: &str, tip: &str, value: &mut Vec3) -> bool {
@@ -22,6 +22,7 @@ pub fn color(ui: &mut Ui, name: &str, tip: &str, value: &mut Vec3) -> bool {
         let width = thirds(ui);
         for (part, x) in ["red", "green", "blue"].into_iter().zip(value.as_mut()) {
             let drag = DragValue::new(x)
+                .custom_parser(number)
                 .range(0.0..=1.0)
                 .speed(0.005)
                 .max_decimals(3);

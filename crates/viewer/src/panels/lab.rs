@@ -170,26 +170,12 @@ impl LabPanel {
     fn verdict(&mut self, ui: &mut Ui, case: &'static Case, actions: &mut Vec<Action>) {
         let stand = self.lab.stand(case);
         ui.horizontal_wrapped(|ui| {
-            match case.check {
-                Check::Test(name) => {
-                    ui.label(format!("held by the test {name}"));
-                }
-                Check::Absent(why) => {
-                    ui.label(format!("cannot happen here: {why}"));
-                }
-                Check::Probe(_) => {
-                    match stand {
-                        Stand::Unknown => ui.weak("not measured yet"),
-                        Stand::Waiting => ui.weak("waits for its turn"),
-                        Stand::Running => ui.weak("being measured"),
-                        Stand::Settled(Verdict::Holds) => ui.colored_label(GOOD, "holds"),
-                        Stand::Settled(_) => ui.colored_label(BAD, "does not hold"),
-                    };
-                    let is_idle = !matches!(stand, Stand::Waiting | Stand::Running);
-                    let run = ui.add_enabled(is_idle, egui::Button::new("Run"));
-                    if run.clicked() {
-                        self.lab.measure([case]);
-                    }
+            // Buttons first: they must not move under the pointer when the verdict comes.
+            if matches!(case.check, Check::Probe(_)) {
+                let is_idle = !matches!(stand, Stand::Waiting | Stand::Running);
+                let run = ui.add_enabled(is_idle, egui::Button::new("Run"));
+                if run.clicked() {
+                    self.lab.measure([case]);
                 }
             }
             if let Some(scene) = case.scene
@@ -199,6 +185,15 @@ impl LabPanel {
                     .clicked()
             {
                 actions.push(Action::OpenPath(PathBuf::from(scene)));
+            }
+            match (&case.check, stand) {
+                (Check::Test(name), _) => ui.label(format!("held by the test {name}")),
+                (Check::Absent(why), _) => ui.label(format!("cannot happen here: {why}")),
+                (Check::Probe(_), Stand::Unknown) => ui.weak("not measured yet"),
+                (Check::Probe(_), Stand::Waiting) => ui.weak("waits for its turn"),
+                (Check::Probe(_), Stand::Running) => ui.weak("being measured"),
+                (_, Stand::Settled(Verdict::Holds)) => ui.colored_label(GOOD, "holds"),
+                (_, Stand::Settled(_)) => ui.colored_label(BAD, "does not hold"),
             }
         });
     }

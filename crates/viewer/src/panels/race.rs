@@ -402,7 +402,7 @@ fn table(ui: &mut Ui, standing: &Standing) {
                 Some(slope) if slope.trouble => ui
                     .colored_label(BAD, format!("{:.2} trouble", slope.value))
                     .on_hover_text("The error does not fall as it should: rare bright samples, or a bias."),
-                Some(slope) => ui.label(format!("{:.2} ± {:.2}", slope.value, slope.error)),
+                Some(slope) => ui.label(slope.to_string()),
                 None => ui.label("–"),
             };
             ui.end_row();
@@ -412,6 +412,7 @@ fn table(ui: &mut Ui, standing: &Standing) {
 
 /// Whether methods make the same picture; the map of the comparison that is clicked.
 fn agreements(ui: &mut Ui, race: &Race, map: &mut Option<(usize, TextureHandle)>) {
+    let mut clicked = None;
     for (k, (i, j, agreement)) in race.agreements.iter().enumerate() {
         let text = agreement.headline(&race.labels[*i], &race.labels[*j]);
         let text = if agreement.holds() {
@@ -427,6 +428,7 @@ fn agreements(ui: &mut Ui, race: &Race, map: &mut Option<(usize, TextureHandle)>
             .on_hover_text(tip)
             .clicked()
         {
+            clicked = Some(k);
             *map = (!is_shown).then(|| {
                 let image = tiles(agreement);
                 let nearest = egui::TextureOptions::NEAREST;
@@ -435,13 +437,16 @@ fn agreements(ui: &mut Ui, race: &Race, map: &mut Option<(usize, TextureHandle)>
             });
         }
     }
-    if let Some((_, texture)) = map {
+    if let Some((shown, texture)) = map {
         // Tiles at the right and lower border are cut off where the picture ends.
         let size = egui::vec2(race.settings.width as f32, race.settings.height as f32);
         let seen =
             egui::Rect::from_min_size(egui::Pos2::ZERO, size / TILE as f32 / texture.size_vec2());
         let image = egui::Image::from_texture((texture.id(), size * (240.0 / size.y))).uv(seen);
-        ui.add(image.alt_text("Agreement map"));
+        let image = ui.add(image.alt_text("Agreement map"));
+        if clicked == Some(*shown) {
+            image.scroll_to_me(None);
+        }
     }
 }
 

@@ -13,10 +13,57 @@ use crate::model::{Model, Selection, scene_name};
 use crate::session::Status;
 
 /// Built-in scenes, opening, saving, objects and warnings.
-pub fn scene_ui(ui: &mut Ui, model: &mut Model, status: &Status, actions: &mut Vec<Action>) {
+/// `can` says whether there is something to undo, and to redo.
+pub fn scene_ui(
+    ui: &mut Ui,
+    model: &mut Model,
+    status: &Status,
+    can: [bool; 2],
+    actions: &mut Vec<Action>,
+) {
     section(ui, "Scene", true, |ui| {
         chooser(ui, status, actions);
-        buttons(ui, status, actions);
+        let has_samples = status.samples > 0;
+        let open = "A .toml scene, an .obj mesh or a saved picture; or drop one on the window.";
+        buttons(
+            ui,
+            [
+                ("Open…", Action::Open, open, true),
+                (
+                    "Save PNG…",
+                    Action::SavePng,
+                    "The picture as shown.",
+                    has_samples,
+                ),
+                (
+                    "Save EXR…",
+                    Action::SaveExr,
+                    "Linear light in 32-bit floats.",
+                    has_samples,
+                ),
+            ],
+            actions,
+        );
+        let save = "The scene with every edit, camera and settings, as a .toml file.";
+        buttons(
+            ui,
+            [
+                ("Undo", Action::Undo, "Takes the last edit back.", can[0]),
+                (
+                    "Redo",
+                    Action::Redo,
+                    "Does again what was taken back.",
+                    can[1],
+                ),
+                (
+                    "Save scene…",
+                    Action::SaveScene,
+                    save,
+                    status.scene.is_some(),
+                ),
+            ],
+            actions,
+        );
         if let Some((what, phase)) = &status.loading {
             ui.label(format!(
                 "Opening {}: {}",
@@ -62,24 +109,11 @@ fn chooser(ui: &mut Ui, status: &Status, actions: &mut Vec<Action>) {
     );
 }
 
-fn buttons(ui: &mut Ui, status: &Status, actions: &mut Vec<Action>) {
+/// A row of buttons: text, what it does, tip, and whether it can.
+fn buttons(ui: &mut Ui, row: [(&str, Action, &str, bool); 3], actions: &mut Vec<Action>) {
     ui.horizontal(|ui| {
-        let all = [
-            (
-                "Open…",
-                Action::Open,
-                "A .toml scene, an .obj mesh or a saved picture; or drop one on the window.",
-            ),
-            ("Save PNG…", Action::SavePng, "The picture as shown."),
-            (
-                "Save EXR…",
-                Action::SaveExr,
-                "Linear light in 32-bit floats.",
-            ),
-        ];
-        for (text, action, tip) in all {
-            let ready = action == Action::Open || status.samples > 0;
-            let button = ui.add_enabled(ready, egui::Button::new(text));
+        for (text, action, tip, can) in row {
+            let button = ui.add_enabled(can, egui::Button::new(text));
             let tip = format!("{tip} ({})", keys::text(ui.ctx(), &action));
             if button.on_hover_text(tip).clicked() {
                 actions.push(action);

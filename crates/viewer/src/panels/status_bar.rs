@@ -6,8 +6,8 @@ use super::format::{clock, count, eta, percent, rate};
 use crate::keys::{self, Action};
 use crate::session::{Activity, Budget, Status};
 
-/// Pause, progress and figures.
-pub fn status_bar_ui(ui: &mut Ui, status: &Status, actions: &mut Vec<Action>) {
+/// Pause, progress and figures; the picture rests while methods race.
+pub fn status_bar_ui(ui: &mut Ui, status: &Status, is_racing: bool, actions: &mut Vec<Action>) {
     // From the right, so that a narrow window cuts figures and not the way to help.
     ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
         let tip = format!(
@@ -52,25 +52,30 @@ pub fn status_bar_ui(ui: &mut Ui, status: &Status, actions: &mut Vec<Action>) {
         }
         ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
             ui.shrink_clip_rect(ui.max_rect());
-            pause(ui, status.activity, actions);
+            pause(ui, status.activity, is_racing, actions);
             progress(ui, status);
             figures(ui, status);
         });
     });
 }
 
-fn pause(ui: &mut Ui, activity: Activity, actions: &mut Vec<Action>) {
-    let text = if activity == Activity::Paused {
+fn pause(ui: &mut Ui, activity: Activity, is_racing: bool, actions: &mut Vec<Action>) {
+    let text = if activity == Activity::Paused && !is_racing {
         "Resume"
     } else {
         "Pause"
     };
-    let can = matches!(activity, Activity::Rendering | Activity::Paused);
+    let can = !is_racing && matches!(activity, Activity::Rendering | Activity::Paused);
     // Wide enough for either word: what follows must not jump.
     let button = egui::Button::new(text).min_size(egui::vec2(64.0, 0.0));
     if ui
         .add_enabled(can, button)
         .on_hover_text("Samples are kept. (Space)")
+        .on_disabled_hover_text(if is_racing {
+            "The picture rests while methods race."
+        } else {
+            "The picture is done."
+        })
         .clicked()
     {
         actions.push(Action::Pause);
@@ -78,6 +83,7 @@ fn pause(ui: &mut Ui, activity: Activity, actions: &mut Vec<Action>) {
     let state = match activity {
         Activity::Empty => "",
         Activity::Rendering => "RENDERING",
+        Activity::Paused if is_racing => "RACING",
         Activity::Paused => "PAUSED",
         Activity::Done => "DONE",
     };

@@ -31,9 +31,19 @@ pub fn section(ui: &mut Ui, title: &str, open: bool, add: impl FnOnce(&mut Ui)) 
     });
 }
 
-/// A slider that neither rounds nor clamps what it only shows: looking at a file is no edit.
+/// A slider that neither rounds nor clamps what it only shows: looking at a file is no edit. What
+/// is typed and is no number changes nothing.
 pub fn slider<N: Numeric>(value: &mut N, range: RangeInclusive<N>) -> Slider<'_> {
-    Slider::new(value, range).clamping(SliderClamping::Edits)
+    Slider::new(value, range)
+        .clamping(SliderClamping::Edits)
+        .custom_parser(number)
+}
+
+/// A finite number as people type it.
+pub fn number(text: &str) -> Option<f64> {
+    let text: String = text.chars().filter(|c| !c.is_whitespace()).collect();
+    let number: f64 = text.replace('−', "-").parse().ok()?;
+    number.is_finite().then_some(number)
 }
 
 /// A named control with a tooltip.
@@ -102,4 +112,24 @@ pub fn thirds(ui: &mut Ui) -> f32 {
     spacing.item_spacing.x = 3.0;
     spacing.interact_size.x = 0.0;
     ((ui.available_width() - 2.0 * ui.spacing().item_spacing.x) / 3.0).floor()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::number;
+
+    #[test]
+    fn only_numbers_are_numbers() {
+        for (text, expected) in [
+            ("1.5", Some(1.5)),
+            (" −2 ", Some(-2.0)),
+            ("1e3", Some(1000.0)),
+            ("nan", None),
+            ("inf", None),
+            ("abc", None),
+            ("", None),
+        ] {
+            assert_eq!(number(text), expected, "{text}");
+        }
+    }
 }

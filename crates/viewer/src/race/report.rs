@@ -147,6 +147,9 @@ fn json(race: &Race) -> Value {
 
 /// Makes a folder and checks that files can be written there.
 pub fn check_folder(folder: &Path) -> Result<(), String> {
+    if folder.is_file() {
+        return Err(format!("{}: is a file; choose a folder", folder.display()));
+    }
     fs::create_dir_all(folder).map_err(|e| cannot_write(folder, &e))?;
     image_io::check_writable(&folder.join("map.png"))
 }
@@ -168,12 +171,13 @@ fn cpu() -> Option<String> {
 fn table(race: &Race, folder: &Path) -> String {
     let settings = &race.settings;
     let mut text = format!(
-        "{} {}x{}, {} s each, {} seeds{}: {}\n",
+        "{} {}x{}, {} s each, {} seed{}{}: {}\n",
         race.scene.path().display(),
         settings.width,
         settings.height,
         race.rules.seconds,
         race.rules.seeds,
+        if race.rules.seeds == 1 { "" } else { "s" },
         if race.interrupted {
             ", interrupted"
         } else {
@@ -213,7 +217,7 @@ fn table(race: &Race, folder: &Path) -> String {
                 } else {
                     ""
                 };
-                format!("{:.2} ± {:.2}{trouble}", s.value, s.error)
+                format!("{s}{trouble}")
             },
         );
         let _ = writeln!(

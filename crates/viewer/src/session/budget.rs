@@ -1,9 +1,9 @@
 //! When a picture is done, what that will take, and how good such forecasts were.
 
-use lightbox_core::forecast::{Forecast, Goal, Mark, forecast};
+use lightbox_core::forecast::{Forecast, Goal, Mark};
 
 use super::history::{Point, Run};
-use crate::pace::Limits;
+use crate::pace::{Limits, foretell};
 
 /// When a picture is done.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -53,12 +53,14 @@ impl Outlook {
             noise: p.noise,
         };
         let marks: Vec<Mark> = run.points.iter().map(mark).collect();
-        self.forecast = forecast(&marks, goal);
+        self.forecast = foretell(&marks, goal);
         if self.about != Some((run.id, goal)) {
             (self.about, self.promise) = (Some((run.id, goal)), None);
         }
         if self.promise.is_none() && !is_done {
-            self.promise = self.forecast.filter(|f| f.noise.is_some());
+            let now = marks.last().map_or(0.0, |mark| mark.samples as f64);
+            let is_ahead = |f: &Forecast| f.noise.is_some() && f.samples.value > now;
+            self.promise = self.forecast.filter(is_ahead);
         }
     }
 }

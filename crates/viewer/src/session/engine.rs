@@ -4,7 +4,6 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, PoisonError};
 
-use lightbox_core::color::ToneMap;
 use lightbox_core::image_io::tone_mapped;
 use lightbox_core::scene::Source;
 use lightbox_core::{RenderSettings, Scene, SceneDesc, View};
@@ -12,6 +11,7 @@ use rayon::ThreadPool;
 
 use super::budget::{Budget, Outlook};
 use super::history::{History, Moment};
+use super::look::Look;
 use super::picture::Picture;
 use super::preview::Governor;
 use super::{Activity, Inbox, Loaded, Reference, Referring, Shared, Shown, Snapshot, lock};
@@ -29,9 +29,9 @@ struct Engine<'a> {
     rebuilding: Option<(u64, Arc<SceneDesc>)>,
     picture: Option<Picture>,
     governor: Governor,
-    tone: ToneMap,
+    look: Look,
     paused: bool,
-    /// Whether what is shown lags behind the tone map.
+    /// Whether what is shown lags behind the look.
     stale: bool,
     snapshots: u64,
     /// Shared with the window, which reads it at leisure.
@@ -60,7 +60,7 @@ pub(super) fn run(shared: &Arc<Shared>, pool: &ThreadPool) {
         rebuilding: None,
         picture: None,
         governor: Governor::default(),
-        tone: ToneMap::default(),
+        look: Look::default(),
         paused: false,
         stale: false,
         snapshots: 0,
@@ -120,10 +120,10 @@ impl Engine<'_> {
         }
         let mut looks_back = inbox.past.is_some();
         self.past = inbox.past.unwrap_or(self.past);
-        if let Some(tone) = inbox.tone {
-            self.stale |= tone != self.tone;
-            looks_back |= tone != self.tone;
-            self.tone = tone;
+        if let Some(look) = inbox.look {
+            self.stale |= look != self.look;
+            looks_back |= look.tone != self.look.tone;
+            self.look = look;
         }
         match inbox.opened {
             Some(Ok(loaded)) => self.open(*loaded),
@@ -189,7 +189,7 @@ impl Engine<'_> {
             let size = [image.width as usize, image.height as usize];
             Arc::new(Snapshot {
                 size,
-                rgb: tone_mapped(image, self.tone),
+                rgb: tone_mapped(image, self.look.tone),
                 picture: size,
                 preview: None,
                 past: Some(*point),
@@ -229,7 +229,7 @@ impl Engine<'_> {
         self.opening = opening;
         self.scene = Some(scene.clone());
         self.governor = Governor::default();
-        self.tone = tone.unwrap_or(self.tone);
+        self.look.tone = tone.unwrap_or(self.look.tone);
         self.desc = Arc::new(scene.desc().clone());
         self.opened += 1;
         {
@@ -377,21 +377,21 @@ impl Engine<'_> {
     /// One step: a preview, a slice of samples, or a fresh look at the samples there are.
     fn work(&mut self) {
         let has_work = self.has_work();
-        let (stale, tone) = (std::mem::take(&mut self.stale), self.tone);
+        let (stale, look) = (std::mem::take(&mut self.stale), self.look);
         let (governor, cancel) = (&mut self.governor, &self.shared.cancel);
         let (trial, savings) = (&mut self.trial, &mut self.savings);
         let snapshot = match &mut self.picture {
             Some(picture) if has_work => self.pool.install(|| {
                 if picture.has_previews() {
-                    picture.preview(governor, cancel, tone)
+                    picture.preview(governor, cancel, look)
                 } else if stale {
-                    Some(picture.redraw(tone))
+                    Some(picture.redraw(look))
                 } else if let Some(trial) = trial {
                     trial.round(cancel);
                     *savings = trial.savings();
                     None
                 } else {
-                    picture.slice(governor, cancel, tone)
+                    picture.slice(governor, cancel, look)
                 }
             }),
             _ => None,
@@ -399,11 +399,16 @@ impl Engine<'_> {
         if self.savings.is_some() {
             self.trial = None;
         }
-        if let Some(snapshot) = snapshot {
-            self.show(snapshot);
+        let is_new = snapshot.is_some();
+        let snapshot = snapshot.map(|snapshot| {
+            self.snapshots += 1;
+            let number = self.snapshots;
+            Arc::new(Snapshot { number, ..snapshot })
+        });
+        if is_new {
             self.record();
         }
-        self.report();
+        self.report(snapshot);
     }
 
     /// Takes down how good the picture is, once every pixel has as many samples.
@@ -417,20 +422,17 @@ impl Engine<'_> {
         }
     }
 
-    /// Hands a picture to the window.
-    fn show(&mut self, snapshot: Snapshot) {
-        self.snapshots += 1;
-        let number = self.snapshots;
-        lock(&self.shared.outbox).snapshot = Some(Arc::new(Snapshot { number, ..snapshot }));
-    }
-
-    /// Brings the status up to date and wakes the window.
-    fn report(&self) {
+    /// Hands a picture, if there is a new one, and the status to the window, which never sees one
+    /// without the other, and wakes it.
+    fn report(&self, snapshot: Option<Arc<Snapshot>>) {
         let figures = self
             .picture
             .as_ref()
             .map(|p| (p, p.film.samples(), p.error(), p.film.invalid().0));
         let mut outbox = lock(&self.shared.outbox);
+        if snapshot.is_some() {
+            outbox.snapshot = snapshot;
+        }
         outbox.history.clone_from(&self.history);
         let status = &mut outbox.status;
         status.scene.clone_from(&self.scene);

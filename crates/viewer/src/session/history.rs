@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use lightbox_core::compare::{check_size, relative_square};
+use lightbox_core::forecast::Span;
 use lightbox_core::{Image, SceneDesc};
 
 use super::Reference;
@@ -30,10 +31,8 @@ pub struct Point {
     pub seconds: f64,
     /// Rays cast.
     pub rays: u64,
-    /// Estimated relative error (noise, not bias).
-    pub noise: Option<f64>,
-    /// Between what it lies in nine pictures of ten, once that can be told.
-    pub band: Option<[f64; 2]>,
+    /// Estimated relative error (noise, not bias) with its band.
+    pub noise: Option<Span>,
     /// Relative error against the reference.
     pub error: Option<f64>,
 }
@@ -216,8 +215,7 @@ mod tests {
             samples,
             seconds: samples as f64 * 0.01,
             rays: samples * 10,
-            noise: Some(1.0 / samples as f64),
-            band: None,
+            noise: Some(Span::exact(1.0 / samples as f64)),
             error: None,
         }
     }

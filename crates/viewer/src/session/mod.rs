@@ -10,6 +10,7 @@ mod background;
 mod budget;
 mod engine;
 mod history;
+mod look;
 mod picture;
 mod preview;
 mod reference;
@@ -26,7 +27,7 @@ use std::thread::JoinHandle;
 use lightbox_core::SceneDesc;
 use lightbox_core::color::ToneMap;
 use lightbox_core::compare::check_size;
-use lightbox_core::scene::{Scene, Source};
+use lightbox_core::scene::{self, Scene, Source};
 
 use crate::saved;
 use crate::spent::Opening;
@@ -34,6 +35,7 @@ use background::Loading;
 
 pub use budget::Budget;
 pub use history::{History, Moment, Point, Run};
+pub use look::{ERRORS, Look, error_color};
 pub use reference::Reference;
 use shown::Shown;
 pub use status::{Activity, Notice, Snapshot, Status};
@@ -47,7 +49,7 @@ struct Inbox {
     opened: Option<Result<Box<Loaded>, String>>,
     /// The scene with edited shapes, and the number of that work.
     rebuilt: Option<(u64, Result<Scene, String>)>,
-    tone: Option<ToneMap>,
+    look: Option<Look>,
     paused: Option<bool>,
     budget: Option<Budget>,
     reference: Option<Referring>,
@@ -70,7 +72,7 @@ impl Inbox {
             edit,
             opened,
             rebuilt,
-            tone,
+            look,
             paused,
             budget,
             reference,
@@ -81,7 +83,7 @@ impl Inbox {
         } = self;
         let is_same_scene = opened.is_none() && rebuilt.is_none() && edit.is_none();
         is_same_scene
-            && tone.is_none()
+            && look.is_none()
             && paused.is_none()
             && budget.is_none()
             && reference.is_none()
@@ -104,7 +106,7 @@ struct Outbox {
     history: Arc<History>,
     notices: Vec<Notice>,
     shown: Option<Shown>,
-    tone: ToneMap,
+    look: Look,
     /// The file being opened.
     opening: Option<Loading>,
     /// The accelerator being built for edited shapes.
@@ -234,9 +236,9 @@ impl Session {
     }
 
     /// Changes how the picture is shown; samples are kept.
-    pub fn set_tone(&self, tone: ToneMap) {
-        lock(&self.shared.outbox).tone = tone;
-        self.shared.send(false, |inbox| inbox.tone = Some(tone));
+    pub fn set_look(&self, look: Look) {
+        lock(&self.shared.outbox).look = look;
+        self.shared.send(false, |inbox| inbox.look = Some(look));
     }
 
     /// The newest picture.
@@ -327,14 +329,27 @@ impl Session {
         std::mem::take(&mut lock(&self.shared.outbox).notices)
     }
 
-    /// Writes the picture as it is now, in the background; a notice tells how it went. In the midst
+    /// Writes the scene with its edits if `path` is a *.toml, else the picture as it is now, in the background; a notice tells how it went. In the midst
     /// of a pass, tiles that lag behind are brought up to the others in a copy: only a picture with
     /// as many samples everywhere can be made again.
     pub fn save(&self, path: PathBuf) {
-        let (shown, tone) = {
+        let (shown, tone, desc) = {
             let outbox = lock(&self.shared.outbox);
-            (outbox.shown.clone(), outbox.tone)
+            let Status { scene, desc, .. } = &outbox.status;
+            let desc = scene.as_ref().map(|scene| desc.detached(scene.path()));
+            (outbox.shown.clone(), outbox.look.tone, desc)
         };
+        let is_scene = path
+            .extension()
+            .is_some_and(|e| e.eq_ignore_ascii_case("toml"));
+        if let Some(desc) = desc.filter(|_| is_scene) {
+            let shared = self.shared.clone();
+            self.spawn("lightbox-save", move || match scene::save(&path, &desc) {
+                Ok(()) => shared.notify(format!("saved {}", path.display()), false),
+                Err(message) => shared.notify(message, true),
+            });
+            return;
+        }
         let Some(shown) = shown else {
             self.shared
                 .notify("there is no picture to save yet".into(), true);

@@ -6,9 +6,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use lightbox_core::color::ToneMap;
 use lightbox_core::compare::{check_size, relative_square};
-use lightbox_core::film::{BAND_FROM, Developed, ErrorEstimate, Light, Lost, TileError};
+use lightbox_core::film::{Developed, ErrorEstimate, Light, Lost, TileError};
+use lightbox_core::forecast::Span;
 use lightbox_core::image_io::tone_mapped;
 use lightbox_core::scene::CameraDesc;
 use lightbox_core::work::Work;
@@ -17,6 +17,7 @@ use rayon::prelude::*;
 
 use super::budget::Budget;
 use super::history::Point;
+use super::look::Look;
 use super::preview::{Governor, enlarge};
 use super::{Reference, Snapshot};
 use crate::pace::{FIRST_CHECK, Limits, Progress};
@@ -120,12 +121,14 @@ impl Picture {
 
     /// Light that the depth leaves out.
     pub fn lost(&self) -> Option<Lost> {
-        self.light.lost()
+        self.light.lost(self.error()?.mean)
     }
 
     /// The least depth that would lose less than a tenth of the noise.
     pub fn enough_depth(&self) -> Option<u32> {
-        self.light.least_depth(NEGLIGIBLE * self.error()?.noise())
+        let error = self.error()?;
+        self.light
+            .least_depth(NEGLIGIBLE * error.noise(), error.mean)
     }
 
     /// Where the time went.
@@ -155,8 +158,7 @@ impl Picture {
             samples,
             seconds: self.progress.seconds,
             rays: self.work.rays,
-            noise: error.map(|e| e.noise()),
-            band: error.filter(|_| samples >= BAND_FROM).map(|e| e.band()),
+            noise: error.as_ref().map(Span::noise_of),
             error: self.true_error(),
         })
     }
@@ -167,7 +169,7 @@ impl Picture {
         &mut self,
         governor: &mut Governor,
         cancel: &AtomicBool,
-        tone: ToneMap,
+        look: Look,
     ) -> Option<Snapshot> {
         let scale = self.previews.pop()?;
         let settings = RenderSettings {
@@ -188,7 +190,7 @@ impl Picture {
         let image = film.develop();
         let snapshot = Snapshot {
             size: [image.width as usize, image.height as usize],
-            rgb: tone_mapped(&image, tone),
+            rgb: tone_mapped(&image, look.tone),
             picture: self.size(),
             preview: Some(scale),
             past: None,
@@ -204,7 +206,7 @@ impl Picture {
         &mut self,
         governor: &mut Governor,
         cancel: &AtomicBool,
-        tone: ToneMap,
+        look: Look,
     ) -> Option<Snapshot> {
         let have = self.film.samples();
         let tiles = self.next_tiles(have, governor);
@@ -227,7 +229,7 @@ impl Picture {
         }
         self.next_tile = tiles.end;
         let start = Instant::now();
-        self.draw(tiles.clone(), tone);
+        self.draw(tiles.clone(), look);
         self.overhead[1] += start.elapsed();
         if self.measures {
             self.measure(tiles);
@@ -306,11 +308,11 @@ impl Picture {
         self.next_tile..tiles.min(self.next_tile.saturating_add(count.max(least)))
     }
 
-    /// Shows and measures all there is once more, under another tone map or reference.
-    pub fn redraw(&mut self, tone: ToneMap) -> Snapshot {
+    /// Shows and measures all there is once more, with another look or reference.
+    pub fn redraw(&mut self, look: Look) -> Snapshot {
         let all = 0..self.film.tiles();
         self.rgb.clear();
-        self.draw(all.clone(), tone);
+        self.draw(all.clone(), look);
         self.measure(all);
         if self.next_tile == self.film.tiles() {
             self.measured = self.film.samples();
@@ -319,22 +321,20 @@ impl Picture {
     }
 
     /// Brings some tiles of what is shown up to date.
-    fn draw(&mut self, tiles: Range<usize>, tone: ToneMap) {
+    fn draw(&mut self, tiles: Range<usize>, look: Look) {
         let [width, height] = self.film.size();
         if self.rgb.is_empty() {
             self.rgb = match &self.backdrop {
-                Some((image, scale)) => enlarge(&tone_mapped(image, tone), *scale, width, height),
+                Some((image, scale)) => {
+                    enlarge(&tone_mapped(image, look.tone), *scale, width, height)
+                }
                 None => vec![0; 3 * width as usize * height as usize],
             };
         }
         let film = &self.film;
         let drawn: Vec<_> = tiles
             .into_par_iter()
-            .filter_map(|i| film.develop_tile(i))
-            .map(|tile| {
-                let rgb: Vec<[u8; 3]> = tile.pixels.iter().map(|p| tone.apply(*p)).collect();
-                (tile.rect, rgb)
-            })
+            .filter_map(|i| look.tile(film, i))
             .collect();
         for (rect, rgb) in drawn {
             for (y, row) in (rect.y..).zip(rgb.chunks_exact(rect.width as usize)) {

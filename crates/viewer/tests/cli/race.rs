@@ -110,11 +110,11 @@ fn impossible_races_are_refused_before_they_begin() {
     let inside_file = file.join("race");
     let out = folder.path("out");
     let (out, inside_file) = (out.to_str().unwrap(), inside_file.to_str().unwrap());
-    let box_ = "cornell-box";
+    let (file_name, box_) = (file.to_str().unwrap(), "cornell-box");
     for (words, expected) in [
         (vec![box_, "-o", out, "--seconds", "0"], "use more than 0"),
         (vec![box_, "-o", out, "--seconds", "-1"], "use more than 0"),
-        (vec![box_, "-o", out, "--seeds", "0"], "use more than 0"),
+        (vec![box_, "-o", out, "--seeds", "0"], "use 1 or more"),
         (
             vec![box_, "-o", out, "--methods", "mis,nea"],
             "did you mean \"nee\"?",
@@ -129,6 +129,7 @@ fn impossible_races_are_refused_before_they_begin() {
             "one reference fits one scene",
         ),
         (vec![box_, box_, "-o", out], "race them apart"),
+        (vec![box_, "-o", file_name], "is a file; choose a folder"),
         (vec![box_, "-o", inside_file], "cannot be written"),
         (vec![dark, "-o", out], "nothing emits light"),
         (

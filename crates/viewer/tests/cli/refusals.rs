@@ -164,7 +164,9 @@ fn bad_usage_has_status_two() {
         ("-o a.png --size 99999x10", "from 1 to 16384"),
         ("-o a.png --size abc", "640x480"),
         ("-o a.png --spp 0", "--spp"),
-        ("-o a.png --spp -1", "-1"),
+        ("-o a.png --spp -1", "from 1 on"),
+        ("-o a.png --seed -1", "from 0 to"),
+        ("-o a.png --threads -1", "-1"),
         ("-o a.png --seconds 0", "positive"),
         ("-o a.png --seconds inf", "positive"),
         ("-o a.png --noise nan", "positive"),
@@ -210,10 +212,19 @@ fn bad_usage_has_status_two() {
 #[test]
 fn a_misspelt_command_is_told_from_a_scene() {
     for (words, expected) in [
-        (["rendr", "cornell-box"], "did you mean \"render\"?"),
-        (["inf", "cornell-box"], "did you mean \"info\"?"),
+        ("rendr cornell-box", "did you mean \"render\"?"),
+        ("inf cornell-box", "did you mean \"info\"?"),
+        ("rendr cornell-box --spp 3", "did you mean \"render\"?"),
+        (
+            "cornell-box --spp 3",
+            "lightbox render cornell-box --spp 3 -o FILE.png",
+        ),
+        (
+            "cornell-box glass-sphere",
+            "one scene; \"glass-sphere\" is one too many",
+        ),
     ] {
-        let result = run(words);
+        let result = run(words.split(' '));
         assert_eq!(result.status.code(), Some(2));
         let error = stderr(&result);
         assert!(error.contains(expected), "{error}");

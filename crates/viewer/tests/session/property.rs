@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use glam::Vec3;
-use lightbox::session::{Activity, Session, Status};
+use lightbox::session::{Activity, Look, Session, Status};
 use lightbox_core::color::{ToneCurve, ToneMap};
 use lightbox_core::filter::{Filter, FilterKind};
 use lightbox_core::image_io::{read, tone_mapped};
@@ -41,7 +41,11 @@ pub fn session(bytes: &[u8]) {
                 is_superseded = true;
             }
             2 => session.set_paused(draw.below(2) == 0),
-            3 => session.set_tone(tone(&mut draw)),
+            3 => {
+                let shows_error = draw.below(2) == 0;
+                let tone = tone(&mut draw);
+                session.set_look(Look { tone, shows_error });
+            }
             4 => session.save(folder.path().join(draw.of(&[
                 "a.png",
                 "b.exr",
@@ -85,7 +89,10 @@ pub fn session(bytes: &[u8]) {
     session.edit(status.opened, desc.clone());
     session.set_paused(false);
     let tone = tone(&mut draw);
-    session.set_tone(tone);
+    session.set_look(Look {
+        tone,
+        shows_error: false,
+    });
 
     wait(&session, |s| {
         let is_taken_up = s.scene.as_ref().is_some_and(|scene| {

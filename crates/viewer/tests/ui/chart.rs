@@ -53,7 +53,12 @@ fn f3_shows_the_chart_and_it_tells_the_present() {
     let last = run.points.last().expect("a point");
     let status = window.status();
     assert_eq!(
-        (last.samples, last.rays, last.noise, last.error),
+        (
+            last.samples,
+            last.rays,
+            last.noise.map(|n| n.value),
+            last.error
+        ),
         (16, status.rays, status.noise, None)
     );
     assert!(run.points.windows(2).all(|w| w[0].samples < w[1].samples

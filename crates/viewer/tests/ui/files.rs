@@ -6,6 +6,7 @@ use egui::{Key, Modifiers, PointerButton, Vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
 use lightbox::app::App;
+use lightbox::session::Activity;
 use lightbox_core::image_io;
 
 use crate::window::{SCENE, Window};
@@ -132,6 +133,17 @@ fn a_bad_file_leaves_the_scene_and_says_why() {
         });
     }
     assert_eq!(window.status().opened, 1);
+    // What is not opened ends no pause.
+    window.set("Samples", 60_000.0);
+    window.wait("rendering", |w| w.status().activity == Activity::Rendering);
+    window.key(Modifiers::NONE, Key::Space);
+    window.wait("the pause", |w| w.status().activity == Activity::Paused);
+    window.drop_file(&bad);
+    window.wait("the complaint", |w| {
+        w.harness.query_by_label_contains("fov is 400").is_some()
+    });
+    window.harness.run_steps(4);
+    assert_eq!(window.status().activity, Activity::Paused);
     let picture = window.file("a.jpeg");
     window.drop_file(&picture);
     assert!(

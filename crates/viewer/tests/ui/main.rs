@@ -11,4 +11,5 @@ mod objects;
 mod plan;
 mod race;
 mod settings;
+mod undo;
 mod window;

@@ -50,6 +50,10 @@ fn ways_race_while_the_picture_rests() {
     window.wait("the picture to rest", |w| {
         w.status().activity == Activity::Paused
     });
+    // To rest for a race is no pause: nobody needs to end it, nor can.
+    window.harness.get_by_label("RACING");
+    assert!(window.harness.query_by_label("Resume").is_none());
+    window.key(Modifiers::NONE, Key::Space);
     window.wait("the end of the race", |w| has(w, "naive independent and"));
     window.wait("the picture to go on", |w| {
         w.status().activity == Activity::Rendering

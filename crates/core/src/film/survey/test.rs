@@ -17,10 +17,11 @@ fn followed(scene: &Arc<Scene>, method: Method, depth: u32) -> View {
     })
 }
 
-fn light(view: &View) -> Light {
+/// Where a picture's light comes from, and its mean radiance.
+fn light(view: &View) -> (Light, f64) {
     let film = view.film();
     view.render(&film, view.settings.samples, &AtomicBool::new(false));
-    film.light()
+    (film.light(), film.error().expect("two samples").mean)
 }
 
 /// In a closed box of reflectance ρ that glows everywhere, paths of k segments bring ρ^(k−1), and
@@ -34,8 +35,8 @@ fn a_glowing_box_loses_a_power_of_its_reflectance() {
         (0.75, 8, Method::Mis),
         (0.5, 4, Method::Mis),
     ] {
-        let light = light(&followed(&closed_box(rho), method, depth));
-        let lost = light.lost().expect("tiles were followed");
+        let (light, mean) = light(&followed(&closed_box(rho), method, depth));
+        let lost = light.lost(mean).expect("tiles were followed");
         let expected = rho.powi(depth as i32);
         assert_eq!(lost.paths, 64 * 32);
         let off = (lost.share - expected).abs();
@@ -45,7 +46,7 @@ fn a_glowing_box_loses_a_power_of_its_reflectance() {
         );
         // The same of every lesser depth.
         for depth in 1..=depth {
-            let (known, expected) = (light.beyond(depth), rho.powi(depth as i32));
+            let (known, expected) = (light.beyond(depth, mean), rho.powi(depth as i32));
             let off = known.map(|known| (known / expected - 1.0).abs());
             assert!(
                 off < Some(0.3),
@@ -54,7 +55,7 @@ fn a_glowing_box_loses_a_power_of_its_reflectance() {
         }
         // ρ^d < 1/5 from d = ln 5 / ln(1/ρ) on.
         let least = (5f64.ln() / -rho.ln()).ceil() as u32;
-        let found = light.least_depth(0.2).expect("a depth");
+        let found = light.least_depth(0.2, mean).expect("a depth");
         assert!(found.abs_diff(least) <= 1, "{found} instead of {least}");
     }
 }
@@ -63,9 +64,8 @@ fn a_glowing_box_loses_a_power_of_its_reflectance() {
 #[test]
 fn what_a_low_depth_loses_is_what_a_long_render_finds() {
     let scene = shipped("cornell-box");
-    let lost = light(&followed(&scene, Method::Mis, 3))
-        .lost()
-        .expect("tiles");
+    let (found, radiance) = light(&followed(&scene, Method::Mis, 3));
+    let lost = found.lost(radiance).expect("tiles");
     let mean_at = |depth| {
         mean(&picture(&view(&scene, |s| {
             (s.width, s.height, s.samples, s.depth) = (64, 32, 400, depth);
@@ -78,14 +78,37 @@ fn what_a_low_depth_loses_is_what_a_long_render_finds() {
     assert!(off < 0.15, "{lost:?} instead of {expected}");
 }
 
+/// A few tiles that see no lamp must not make believe that all light is lost.
+#[test]
+fn light_that_no_followed_path_met_counts_all_the_same() {
+    let scene = shipped("cornell-box");
+    let (found, radiance) = light(&view(&scene, |s| {
+        (s.width, s.height, s.samples, s.depth) = (512, 512, 16, 1);
+    }));
+    let lost = found.lost(radiance).expect("tiles");
+    assert!(lost.paths < 512 * 512 / 16, "{lost:?}");
+    let all = mean(&picture(&view(&scene, |s| {
+        (s.width, s.height, s.samples, s.depth) = (64, 64, 256, UNLIMITED);
+    })));
+    let seen = mean(&picture(&view(&scene, |s| {
+        (s.width, s.height, s.samples, s.depth) = (64, 64, 256, 1);
+    })));
+    let off = (lost.share - (1.0 - seen / all)).abs();
+    assert!(
+        0.0 < lost.error && off < 4.0 * lost.error && off < 0.2,
+        "{lost:?} instead of 1 - {seen} / {all}"
+    );
+}
+
 #[test]
 fn nothing_is_lost_without_a_limit() {
     let view = followed(&shipped("cornell-box"), Method::Mis, UNLIMITED);
-    let light = light(&view);
-    let lost = light.lost().expect("tiles were followed");
+    let (light, mean) = light(&view);
+    let lost = light.lost(mean).expect("tiles were followed");
     assert_eq!((lost.share, lost.error), (0.0, 0.0));
-    assert!(light.beyond(2) > light.beyond(4) && light.beyond(4) > Some(0.0));
-    assert_eq!(light.least_depth(1.0), Some(1));
+    let beyond = |depth| light.beyond(depth, mean);
+    assert!(beyond(2) > beyond(4) && beyond(4) > Some(0.0));
+    assert_eq!(light.least_depth(1.0, mean), Some(1));
 }
 
 /// One path in so many, of every tile alike.
@@ -133,7 +156,7 @@ fn batches_and_files_keep_it() {
         }
         film
     });
-    assert!(whole.light().lost().is_some());
+    assert!(whole.light().lost(1.0).is_some());
     for i in 0..whole.tiles() {
         let survey = whole.tile(i).survey.clone();
         assert!(survey.paths > 0 && survey.by_length.len() > 20);

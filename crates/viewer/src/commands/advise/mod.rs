@@ -15,14 +15,14 @@ use std::time::Instant;
 
 use lightbox_core::compare::relative_square;
 use lightbox_core::filter::FilterKind;
-use lightbox_core::forecast::{Forecast, Goal, Mark, forecast};
+use lightbox_core::forecast::{Forecast, Goal, Mark, Span};
 use lightbox_core::{
     AccelKind, Film, Filter, Image, Method, RenderSettings, SamplerKind, Scene, SceneDesc, View,
 };
 
 use super::{Opened, Outcome, json_line, open, print_warnings, threads};
 use crate::args::AdviseArgs;
-use crate::pace::{FIRST_CHECK, Limits, Progress};
+use crate::pace::{Limits, Progress, foretell};
 use crate::panels::format::seconds;
 use crate::replay;
 
@@ -81,7 +81,14 @@ pub fn run(args: &AdviseArgs) -> Result<Outcome, String> {
         ),
     };
     if !(value > 0.0 && value.is_finite()) {
-        return Err(format!("{value}: cannot be reached; ask for more than 0"));
+        let option = if args.error.is_some() {
+            "--error"
+        } else {
+            "--seconds"
+        };
+        return Err(format!(
+            "{option} {value}: cannot be reached; ask for more than 0"
+        ));
     }
     threads(args.threads)?.install(|| advise(args, goal))
 }
@@ -115,7 +122,7 @@ fn advise(args: &AdviseArgs, goal: Goal) -> Result<Outcome, String> {
         },
         ..scene.desc().clone()
     };
-    let command = replay::line(scene.path(), &desc, desc.render.samples);
+    let command = replay::command(scene.path(), &desc, desc.render.samples);
     let outcome = if args.check {
         Some(check(scene, &desc, goal)?)
     } else {
@@ -291,7 +298,7 @@ impl Adviser {
                 let before = marks.last().map_or(0.0, |m| m.seconds);
                 // Only tracing grows with the picture.
                 let seconds = before + self.ratio * begin.elapsed().as_secs_f64();
-                let noise = film.error().map(|e| e.noise());
+                let noise = film.error().as_ref().map(Span::noise_of);
                 marks.push(Mark {
                     samples,
                     seconds,
@@ -307,7 +314,7 @@ impl Adviser {
             }
             Some(Trial {
                 settings,
-                forecast: self.foretell(&marks)?,
+                forecast: foretell(&marks, self.goal)?,
                 cost,
                 image: film.develop(),
             })
@@ -317,27 +324,16 @@ impl Adviser {
 
     fn is_past(&self, mark: &Mark) -> bool {
         match self.goal {
-            Goal::Noise(goal) => mark.noise.is_some_and(|noise| noise < goal),
+            Goal::Noise(goal) => mark.noise.is_some_and(|noise| noise.value < goal),
             Goal::Seconds(goal) => mark.seconds > goal,
             Goal::Samples(goal) => mark.samples > goal,
-        }
-    }
-
-    /// How a render with a curve will end. Its error is not looked at before it has some samples.
-    fn foretell(&self, marks: &[Mark]) -> Option<Forecast> {
-        let foretold = forecast(marks, self.goal)?;
-        match self.goal {
-            Goal::Noise(_) if foretold.samples.value < FIRST_CHECK as f64 => {
-                forecast(marks, Goal::Samples(FIRST_CHECK))
-            }
-            _ => Some(foretold),
         }
     }
 
     /// What is to be small, from where a curve ends.
     fn cost(&self, marks: &[Mark]) -> Option<f64> {
         let (start, end) = (marks.first()?, marks.last()?);
-        let (build, noise) = (start.seconds, end.noise?);
+        let (build, noise) = (start.seconds, end.noise?.value);
         let traced = end.seconds - build;
         Some(match self.goal {
             Goal::Noise(goal) => build + traced * (noise / goal).powi(2),

@@ -4,6 +4,7 @@ use std::fmt;
 
 use egui::Color32;
 use egui_plot::LineStyle;
+use lightbox_core::film::BAND_FROM;
 use lightbox_core::forecast::{Forecast, Span};
 
 use super::changes::changes;
@@ -100,7 +101,14 @@ impl Curves {
             let is_present = history.present.as_ref().is_some_and(|p| p.id == run.id);
             let differs = || changes(run, history.present.as_ref());
             curves.extend([
-                curve(run, axis, |p| p.noise, is_present, "noise", differs),
+                curve(
+                    run,
+                    axis,
+                    |p| p.noise.map(|n| n.value),
+                    is_present,
+                    "noise",
+                    differs,
+                ),
                 curve(run, axis, |p| p.error, is_present, "error", differs),
             ]);
         }
@@ -109,7 +117,7 @@ impl Curves {
             .present
             .as_ref()
             .and_then(|run| run.points.last().copied());
-        let now = newest.and_then(|p| place(axis, &p, p.noise));
+        let now = newest.and_then(|p| place(axis, &p, p.noise.map(|n| n.value)));
         let end = newest.and_then(|p| ending(&forecast?, &p, axis));
         let band = end.map(|[x, y]| [[x.low, y.low], [x.high, y.high]]);
         let points = curves.iter().flat_map(|c| &c.points);
@@ -188,7 +196,8 @@ fn curve(
 
 /// Where the band of a moment's noise is drawn, in decades.
 fn banded(axis: Axis, point: &Point) -> Option<[f64; 3]> {
-    let [low, high] = point.band?.map(Some);
+    let noise = point.noise.filter(|_| point.samples >= BAND_FROM)?;
+    let [low, high] = [noise.low, noise.high].map(Some);
     let (low, high) = (place(axis, point, low)?, place(axis, point, high)?);
     Some([low[0], low[1], high[1]])
 }
@@ -233,19 +242,29 @@ mod tests {
     #[test]
     fn nothing_without_a_logarithm_is_drawn() {
         let point = Point {
-            samples: 4,
+            samples: 64,
             seconds: 0.0,
             rays: 100,
-            noise: Some(0.1),
-            band: Some([0.05, 0.2]),
+            noise: Some(Span {
+                value: 0.1,
+                low: 0.05,
+                high: 0.2,
+            }),
             error: Some(0.0),
         };
-        assert_eq!(place(Axis::Seconds, &point, point.noise), None);
+        let noise = point.noise.map(|n| n.value);
+        assert_eq!(place(Axis::Seconds, &point, noise), None);
         assert_eq!(place(Axis::Rays, &point, point.error), None);
         assert_eq!(place(Axis::Rays, &point, None), None);
-        assert_eq!(place(Axis::Rays, &point, point.noise), Some([2.0, -1.0]));
+        assert_eq!(place(Axis::Rays, &point, noise), Some([2.0, -1.0]));
         assert_eq!(banded(Axis::Seconds, &point), None);
         let [along, low, high] = banded(Axis::Rays, &point).unwrap();
         assert!(along == 2.0 && low < -1.0 && high > -1.0);
+        // With fewer samples the band does not hold what it says.
+        let early = Point {
+            samples: 63,
+            ..point
+        };
+        assert_eq!(banded(Axis::Rays, &early), None);
     }
 }

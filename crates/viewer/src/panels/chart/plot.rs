@@ -57,7 +57,10 @@ fn words(point: &Point) -> String {
         seconds(point.seconds),
         rate(point.rays as f64)
     );
-    for (name, value) in [("noise", point.noise), ("error", point.error)] {
+    for (name, value) in [
+        ("noise", point.noise.map(|n| n.value)),
+        ("error", point.error),
+    ] {
         if let Some(value) = value {
             text += &format!(", {name} {}", percent(value));
         }

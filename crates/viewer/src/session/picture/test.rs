@@ -1,5 +1,6 @@
 use std::path::Path;
 
+use lightbox_core::color::ToneMap;
 use lightbox_core::scene;
 
 use super::*;
@@ -28,9 +29,12 @@ fn on_two_threads<T: Send>(run: impl FnOnce() -> T + Send) -> T {
     pool.expect("threads").install(run)
 }
 
-const TONE: ToneMap = ToneMap {
-    exposure: 0.5,
-    curve: lightbox_core::color::ToneCurve::Filmic,
+const LOOK: Look = Look {
+    tone: ToneMap {
+        exposure: 0.5,
+        curve: lightbox_core::color::ToneCurve::Filmic,
+    },
+    shows_error: false,
 };
 
 #[test]
@@ -41,7 +45,7 @@ fn a_preview_is_named_until_the_film_covers_the_picture() {
         let mut scales = Vec::new();
         let mut preview = Vec::new();
         while picture.has_previews() {
-            let snapshot = picture.preview(&mut governor, &go_on, TONE).expect("shown");
+            let snapshot = picture.preview(&mut governor, &go_on, LOOK).expect("shown");
             assert_eq!(snapshot.picture, [64, 64]);
             scales.extend(snapshot.preview);
             preview = enlarge(&snapshot.rgb, *scales.last().expect("a scale"), 64, 64);
@@ -49,15 +53,15 @@ fn a_preview_is_named_until_the_film_covers_the_picture() {
         assert_eq!(scales, [32, 16, 8, 4, 2]);
         // Half of the tiles, with the preview in the corners.
         governor.measured(Duration::from_secs(1), 1);
-        let half = picture.slice(&mut governor, &go_on, TONE).expect("shown");
+        let half = picture.slice(&mut governor, &go_on, LOOK).expect("shown");
         assert_eq!((half.preview, half.size), (Some(2), [64, 64]));
         assert!(half.rgb[..16 * 3] == preview[..16 * 3] && half.rgb != preview);
-        let redrawn = picture.redraw(TONE);
+        let redrawn = picture.redraw(LOOK);
         assert!(redrawn.rgb == half.rgb && redrawn.preview == Some(2));
         let mut last = half;
         while !picture.is_done() {
             assert_eq!(last.preview, Some(2));
-            last = picture.slice(&mut governor, &go_on, TONE).expect("shown");
+            last = picture.slice(&mut governor, &go_on, LOOK).expect("shown");
         }
         assert_eq!(last.preview, None);
     });
@@ -69,13 +73,13 @@ fn slices_come_to_the_picture_of_one_render() {
         let (mut picture, mut governor) = picture(24);
         let (go_on, stop) = (AtomicBool::new(false), AtomicBool::new(true));
         while picture.has_previews() {
-            picture.preview(&mut governor, &go_on, TONE);
+            picture.preview(&mut governor, &go_on, LOOK);
         }
         let mut last = None;
         while !picture.is_done() {
             // An interrupted slice loses nothing.
-            assert!(picture.slice(&mut governor, &stop, TONE).is_none());
-            last = picture.slice(&mut governor, &go_on, TONE);
+            assert!(picture.slice(&mut governor, &stop, LOOK).is_none());
+            last = picture.slice(&mut governor, &go_on, LOOK);
         }
         let whole = picture.view.film();
         let work = picture.view.render(&whole, 24, &go_on);
@@ -87,7 +91,7 @@ fn slices_come_to_the_picture_of_one_render() {
             [picture.film.samples(), picture.film.most_samples()],
             [24; 2]
         );
-        assert!(last.expect("shown").rgb == tone_mapped(&whole.develop(), TONE));
+        assert!(last.expect("shown").rgb == tone_mapped(&whole.develop(), LOOK.tone));
         assert_eq!(picture.error(), whole.error());
         assert!(picture.error().is_some());
     });
@@ -101,17 +105,17 @@ fn a_pass_ends_evenly() {
         let (mut picture, mut governor) = picture(24);
         let go_on = AtomicBool::new(false);
         while picture.film.samples() == 0 {
-            picture.slice(&mut governor, &go_on, TONE);
+            picture.slice(&mut governor, &go_on, LOOK);
         }
         // As if it had been slow: the next slice is a part of a pass.
         picture.progress.seconds = 1e9;
-        picture.slice(&mut governor, &go_on, TONE);
+        picture.slice(&mut governor, &go_on, LOOK);
         let held = |picture: &Picture| [picture.film.samples(), picture.film.most_samples()];
         assert_eq!(held(&picture), [1, 2]);
         picture.limits.samples = Some(1);
         assert!(!picture.is_done());
         while !picture.is_done() {
-            picture.slice(&mut governor, &go_on, TONE);
+            picture.slice(&mut governor, &go_on, LOOK);
         }
         assert_eq!(held(&picture), [2; 2]);
     });
@@ -124,13 +128,13 @@ fn the_last_picture_is_measured() {
         let (mut picture, mut governor) = picture(1000);
         let go_on = AtomicBool::new(false);
         while picture.is_measured() || picture.next_tile < picture.film.tiles() {
-            picture.slice(&mut governor, &go_on, TONE);
+            picture.slice(&mut governor, &go_on, LOOK);
         }
         // Enough, all at once.
         picture.limits.samples = Some(picture.film.samples());
         assert!(picture.is_done() && !picture.is_measured());
         assert_ne!(picture.error(), picture.film.error());
-        picture.redraw(TONE);
+        picture.redraw(LOOK);
         assert!(picture.is_measured() && picture.point().is_some());
         assert_eq!(picture.error(), picture.film.error());
     });
