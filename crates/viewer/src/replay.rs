@@ -15,7 +15,7 @@ pub fn line(scene: &Path, desc: &SceneDesc, samples: u64) -> String {
     with_samples(scene, desc, &format!("--spp {samples}"))
 }
 
-/// [`line`] for somebody to paste: with a picture named after the scene to write to.
+/// [`line()`] for somebody to paste: with a picture named after the scene to write to.
 pub fn command(scene: &Path, desc: &SceneDesc, samples: u64) -> String {
     let name = scene.file_stem().unwrap_or_default().to_string_lossy();
     let output = quoted(&format!("{name}-{samples}spp.png"));

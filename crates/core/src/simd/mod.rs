@@ -1,6 +1,6 @@
 //! Eight f32 at a time, and which instructions do it.
 //!
-//! A [`Task`] is compiled once for every [`Kernel`]. All of them round each operation as IEEE 754
+//! A `Task` is compiled once for every [`Kernel`]. All of them round each operation as IEEE 754
 //! asks, so a kernel gives the same bits whichever is chosen; the one exception,
 //! `Lanes::mul_add`, is for bounds that allow for either rounding.
 
