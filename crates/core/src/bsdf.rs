@@ -44,6 +44,14 @@ impl Bsdf {
         }
     }
 
+    /// Reflectance of the mirror; zero for glass.
+    pub(crate) fn mirror(&self) -> Vec3 {
+        match *self {
+            Self::Mirror(mirror) | Self::Blend { mirror, .. } => mirror,
+            Self::Diffuse(_) | Self::Glass(_) => Vec3::ZERO,
+        }
+    }
+
     /// Probability that [`Bsdf::sample`] takes the diffuse lobe.
     pub(crate) fn diffuse_share(&self) -> f32 {
         match self {

@@ -219,6 +219,12 @@ impl Primitives {
         }
     }
 
+    /// Whether a primitive is a sphere.
+    #[inline(always)]
+    pub(crate) fn is_sphere(&self, id: u32) -> bool {
+        id as usize >= self.triangles.len() + self.quads.len()
+    }
+
     /// Area of a primitive, square scene units.
     pub fn area(&self, id: u32) -> f32 {
         match self.get(id) {

@@ -10,6 +10,10 @@
 //! | nee | 1 from the camera and after mirror or glass, else 0 | 1 |
 //! | mis | 1 from the camera and after mirror or glass, else its power-heuristic weight | its weight |
 //!
+//! Both that aim at lights also aim at them by way of mirror spheres ([`crate::light`]): the one
+//! path from a diffuse surface by the outside of a sphere to a point on a light is found, not
+//! met. Light that a path then runs into that way, diffuse, mirror sphere, light, does not count.
+//!
 //! The background is not aimed at: it counts fully in every method.
 //!
 //! Paths advance together, a bounce at a time, as a [`Wave`]: all their rays are cast, then all
@@ -37,6 +41,10 @@ mod vertices;
 /// Density of a direction that was the only one possible: from the camera, mirror or glass.
 const ONLY: f32 = f32::INFINITY;
 
+/// Stands for the density of a direction that was the only one possible at a mirror sphere whose
+/// light the diffuse surface before it has aimed at.
+const AIMED_AT: f32 = f32::MAX;
+
 /// A path on its way.
 #[derive(Clone, Copy, Debug)]
 struct Path {
@@ -59,6 +67,18 @@ struct ShadowRay {
     index: u32,
 }
 
+/// Two rays, from a path to a mirror sphere and on to a light, and what arrives if both are free.
+#[derive(Clone, Copy, Debug)]
+struct Detour {
+    to_mirror: Ray,
+    mirror: u32,
+    to_light: Ray,
+    light: u32,
+    radiance: Vec3,
+    /// Index of its path.
+    index: u32,
+}
+
 /// How light is looked for: what all paths of a render have in common.
 #[derive(Clone, Copy, Debug)]
 pub struct Transport<'a> {
@@ -70,6 +90,24 @@ pub struct Transport<'a> {
     pub method: Method,
     /// Most segments of a path.
     pub depth: u32,
+}
+
+impl Transport<'_> {
+    /// Whether paths aim at lights at all.
+    #[inline(always)]
+    fn aims(&self) -> bool {
+        self.method != Method::Naive && !self.scene.lights().is_empty()
+    }
+
+    /// Whether paths aim at lights by way of mirror spheres from their surface at a bounce: a
+    /// detour of two segments, all within the depth. Paths that are followed beyond it run into
+    /// such light instead.
+    #[inline(always)]
+    fn detours(&self, bounce: u32) -> bool {
+        self.aims()
+            && !self.scene.mirror_spheres().is_empty()
+            && bounce.saturating_add(3) <= self.depth
+    }
 }
 
 /// How far paths get at a bounce.
@@ -91,6 +129,9 @@ pub struct Wave {
     rays: Vec<Ray>,
     hits: Vec<Option<Hit>>,
     shadow_rays: Vec<ShadowRay>,
+    detours: Vec<Detour>,
+    /// Detours whose first ray is free.
+    half_free: Vec<u32>,
     radiance: Vec<Vec3>,
     /// What paths that are followed further had found within the depth.
     within: Vec<Vec3>,
@@ -200,6 +241,10 @@ impl Wave {
                 },
             );
             count(bounce.saturating_add(2), &self.radiance);
+            if transport.detours(bounce) {
+                *rays += self.take_detours(transport);
+                count(bounce + 3, &self.radiance);
+            }
             watch.lap(if is_beyond {
                 Stage::Measuring
             } else {
@@ -213,6 +258,34 @@ impl Wave {
             &self.within
         };
         Some(found)
+    }
+
+    /// Adds the light that arrives by way of mirror spheres; returns the number of rays cast.
+    fn take_detours(&mut self, transport: &Transport<'_>) -> u64 {
+        let (detours, half_free) = (&self.detours, &mut self.half_free);
+        let detour = |i: usize| &detours[i];
+        half_free.clear();
+        let geometry = transport.scene.geometry();
+        geometry.occluded_many(
+            detours.len(),
+            |i| (detour(i).to_mirror, detour(i).mirror),
+            |i, shaded| {
+                if !shaded {
+                    half_free.push(i as u32);
+                }
+            },
+        );
+        let detour = |i: usize| detour(half_free[i] as usize);
+        geometry.occluded_many(
+            half_free.len(),
+            |i| (detour(i).to_light, detour(i).light),
+            |i, shaded| {
+                if !shaded {
+                    self.radiance[detour(i).index as usize] += detour(i).radiance;
+                }
+            },
+        );
+        (detours.len() + half_free.len()) as u64
     }
 
     /// Adds the light that the paths have run into, aims at lights, and sends the paths on, as far
@@ -229,8 +302,9 @@ impl Wave {
     #[inline(always)]
     fn shade_all(&mut self, transport: &Transport<'_>, bounce: u32, step: Step) {
         self.shadow_rays.clear();
-        let method = transport.method;
-        let aims = method != Method::Naive && !transport.scene.lights().is_empty();
+        self.detours.clear();
+        let (aims, detours) = (transport.aims(), transport.detours(bounce));
+        let was_detour = bounce > 0 && transport.detours(bounce - 1);
         let mut kept = 0;
         for first in (0..self.paths.len()).step_by(GROUP) {
             self.meet(transport, first, step == Step::Meet);
@@ -240,11 +314,14 @@ impl Wave {
             let vertices = &mut self.vertices;
             if aims && vertices.any_diffuse {
                 vertices.aim(transport, bounce, &mut self.shadow_rays);
+                if detours {
+                    vertices.aim_by_mirrors(transport, bounce, &mut self.detours);
+                }
             }
             if step == Step::Aim {
                 continue;
             }
-            vertices.scatter(bounce);
+            vertices.scatter(transport, bounce, was_detour);
             for lane in 0..vertices.count {
                 if vertices.direction_pdf[lane] > 0.0 {
                     self.paths[kept] = vertices.path(lane);
@@ -294,6 +371,7 @@ impl Wave {
                     Method::Naive => 1.0,
                     Method::Nee => f32::from(path.direction_pdf == ONLY),
                     Method::Mis if path.direction_pdf == ONLY => 1.0,
+                    Method::Mis if path.direction_pdf == AIMED_AT => 0.0,
                     Method::Mis => power_heuristic(
                         path.direction_pdf,
                         scene.lights().pdf(ray.origin, hit.prim, point.p),
@@ -308,7 +386,7 @@ impl Wave {
             if !is_last {
                 let n = if front { point.n } else { -point.n };
                 let bsdf = material.bsdf(|| scene.primitives().uv(hit));
-                vertices.set_surface(lane, n, front, bsdf);
+                vertices.set_surface(lane, hit.prim, n, front, bsdf);
             }
         }
     }

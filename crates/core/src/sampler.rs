@@ -24,6 +24,10 @@ pub enum Dim {
     LightPick(u32),
     /// Point on the light.
     LightPoint(u32),
+    /// Which light, and which mirror sphere, for light by way of it.
+    ReflectionPick(u32),
+    /// Point on that light.
+    ReflectionPoint(u32),
 }
 
 impl Dim {
@@ -36,6 +40,9 @@ impl Dim {
             Self::Roulette(b) => b.wrapping_mul(5).wrapping_add(3),
             Self::LightPick(b) => b.wrapping_mul(5).wrapping_add(4),
             Self::LightPoint(b) => b.wrapping_mul(5).wrapping_add(5),
+            // Beyond those of any bounce that comes to pass.
+            Self::ReflectionPick(b) => b.wrapping_mul(2).wrapping_add(1 << 31),
+            Self::ReflectionPoint(b) => b.wrapping_mul(2).wrapping_add(1 << 31 | 1),
         }
     }
 }

@@ -6,7 +6,7 @@ use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
 
-use super::{ONLY, Path, ShadowRay, Transport, power_heuristic};
+use super::{AIMED_AT, ONLY, Path, ShadowRay, Transport, power_heuristic};
 use crate::bsdf::{Bsdf, diffuse_direction};
 use crate::geometry::{Place, SurfacePoint, SurfacePoints};
 use crate::light::LightSamples;
@@ -15,6 +15,8 @@ use crate::plan::Part;
 use crate::planted::{self, Bug};
 use crate::sampler::{Dim, Samplers};
 use crate::settings::Method;
+
+mod detours;
 
 /// Bounces that every path takes before Russian roulette may end it.
 const ROULETTE_FROM: u32 = 3;
@@ -48,8 +50,8 @@ pub(super) struct Vertices {
     diffuse_share: Floats,
     /// Whether any of them is not black.
     pub any_diffuse: bool,
-    /// Lanes that are not purely diffuse: whether `wo` is on the front, and the rest.
-    others: Vec<(usize, bool, Bsdf)>,
+    /// Lanes that are not purely diffuse: primitive, whether `wo` is on the front, and the rest.
+    others: Vec<(usize, u32, bool, Bsdf)>,
     lights: LightSamples,
     emission: Vectors,
     /// Where the path goes on, from where, and the density of that direction; 0 if nowhere.
@@ -58,6 +60,8 @@ pub(super) struct Vertices {
     /// f·|cos θ|/pdf.
     weight: Vectors,
     pub direction_pdf: Floats,
+    /// The density of the direction in which the path came.
+    arriving_pdf: Floats,
     shadow_origin: Vectors,
     shadow_dir: Vectors,
     shadow_radiance: Vectors,
@@ -91,6 +95,7 @@ impl Default for Vertices {
             origin: vectors,
             weight: vectors,
             direction_pdf: floats,
+            arriving_pdf: floats,
             shadow_origin: vectors,
             shadow_dir: vectors,
             shadow_radiance: vectors,
@@ -118,6 +123,7 @@ impl Vertices {
         self.indices[lane] = path.index;
         self.samplers.set(lane, &path.sampler);
         self.throughput.set(lane, path.throughput);
+        self.arriving_pdf[lane] = path.direction_pdf;
         self.wo.set(lane, -ray.dir);
         match place {
             Place::OnTriangle(triangle, [b1, b2]) => {
@@ -153,14 +159,14 @@ impl Vertices {
 
     /// Sets what the surface of a lane is like, and the side from which it is seen.
     #[inline(always)]
-    pub fn set_surface(&mut self, lane: usize, n: Vec3, front: bool, bsdf: Bsdf) {
+    pub fn set_surface(&mut self, lane: usize, prim: u32, n: Vec3, front: bool, bsdf: Bsdf) {
         self.n.set(lane, n);
         let diffuse = bsdf.diffuse();
         self.diffuse.set(lane, diffuse);
         self.diffuse_share[lane] = bsdf.diffuse_share();
         self.any_diffuse |= diffuse != Vec3::ZERO;
         if !matches!(bsdf, Bsdf::Diffuse(_)) {
-            self.others.push((lane, front, bsdf));
+            self.others.push((lane, prim, front, bsdf));
         }
     }
 
@@ -226,13 +232,15 @@ impl Vertices {
         }
     }
 
-    /// Draws where the paths go from their surfaces, and whether.
+    /// Draws where the paths go from their surfaces, and whether. `was_detour` says that diffuse
+    /// surfaces at the bounce before have aimed at lights by way of mirror spheres.
     #[inline(always)]
-    pub fn scatter(&mut self, bounce: u32) {
+    pub fn scatter(&mut self, transport: &Transport<'_>, bounce: u32, was_detour: bool) {
+        let primitives = transport.scene.primitives();
         if self.others.len() < self.count {
             self.scatter_diffuse(bounce);
         }
-        for (lane, front, bsdf) in &self.others {
+        for (lane, prim, front, bsdf) in &self.others {
             let (lane, sampler) = (*lane, self.samplers.get(*lane));
             let lobe = || sampler.get_1d(Dim::Lobe(bounce));
             let u = || sampler.get_2d(Dim::BsdfDirection(bounce));
@@ -240,7 +248,15 @@ impl Vertices {
             let (wo, n) = (self.wo.get(lane), self.n.get(lane));
             if let Some(sample) = bsdf.sample(wo, n, *front, lobe, u) {
                 let is_only = sample.specular && !planted::has(Bug::MirrorWeighted);
-                self.direction_pdf[lane] = if is_only { ONLY } else { sample.pdf };
+                let is_aimed_at = was_detour
+                    && self.arriving_pdf[lane] < AIMED_AT
+                    && (*front && primitives.is_sphere(*prim))
+                    && bsdf.mirror() != Vec3::ZERO;
+                self.direction_pdf[lane] = match is_only {
+                    true if is_aimed_at => AIMED_AT,
+                    true => ONLY,
+                    false => sample.pdf,
+                };
                 self.wi.set(lane, sample.wi);
                 self.weight.set(lane, sample.weight);
             }

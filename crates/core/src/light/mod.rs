@@ -8,6 +8,7 @@
 
 mod cone;
 mod rectangle;
+mod reflection;
 
 use glam::Vec3;
 use serde::Serialize;
@@ -19,6 +20,7 @@ use crate::sampler::{Dim, Samplers};
 use crate::shape::{Quad, Sphere, triangle_area, triangle_normal};
 use cone::Cone;
 use rectangle::Rectangle;
+pub(crate) use reflection::Reflection;
 
 /// A direction towards a light.
 #[derive(Clone, Copy, Debug)]
@@ -101,6 +103,31 @@ impl Shape {
                 let q = sphere.center + sphere.radius * cone.sample(u());
                 Some((SurfacePoint::of_sphere(sphere, q), cone.pdf()))
             }
+        }
+    }
+
+    /// A point uniform over the area.
+    fn sample_area(&self, u: [f32; 2]) -> SurfacePoint {
+        match self {
+            Self::Triangle { corners, n, .. } => {
+                SurfacePoint::of_triangle_with(*corners, *n, warp::triangle(u))
+            }
+            Self::Parallelogram(quad) => SurfacePoint::of_quad(quad, u[0], u[1]),
+            Self::Rectangle(rectangle) => SurfacePoint::of_quad(rectangle.quad(), u[0], u[1]),
+            Self::Sphere(sphere) => {
+                let p = sphere.center + sphere.radius * warp::uniform_sphere(u);
+                SurfacePoint::of_sphere(sphere, p)
+            }
+        }
+    }
+
+    /// Square scene units.
+    fn area(&self) -> f32 {
+        match self {
+            Self::Triangle { area, .. } => *area,
+            Self::Parallelogram(quad) => quad.area(),
+            Self::Rectangle(rectangle) => rectangle.quad().area(),
+            Self::Sphere(sphere) => sphere.area(),
         }
     }
 
@@ -281,6 +308,20 @@ impl Lights {
                 (samples.pdf[lane], samples.prims[lane]) = (pdf, prim);
             }
         }
+    }
+
+    /// Draws a point on a light, uniform over its area: the emitter, the point, and the density per
+    /// unit of area. For light that takes a detour, of which a solid angle would say nothing.
+    #[inline]
+    pub(crate) fn sample_area(
+        &self,
+        pick: impl FnOnce() -> f32,
+        u: impl FnOnce() -> [f32; 2],
+    ) -> Option<(u32, SurfacePoint, f32)> {
+        let (i, probability) = self.pick(pick)?;
+        let shape = &self.shapes[i];
+        let pdf = probability / shape.area();
+        Some((self.emitters[i], shape.sample_area(u()), told(pdf)))
     }
 
     /// Density with which [`Lights::sample`] draws the direction from `p` to the point `q` on the

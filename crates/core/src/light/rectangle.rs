@@ -60,6 +60,11 @@ impl Rectangle {
         })
     }
 
+    /// The rectangle itself.
+    pub fn quad(&self) -> &Quad {
+        &self.quad
+    }
+
     /// A point that may shine on `p`, drawn uniformly in solid angle or by area, and the density
     /// of its direction; 0 where the rectangle does not face `p`.
     #[inline(always)]

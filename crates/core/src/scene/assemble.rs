@@ -8,7 +8,7 @@ use glam::Vec2;
 
 use super::desc::{MaterialDesc, SceneDesc};
 use super::error::SceneError;
-use super::{MeshCache, Object, ObjectKind, builtin, load, place};
+use super::{MeshCache, MirrorSphere, Object, ObjectKind, Scene, builtin, load, place};
 use crate::color::luminance;
 use crate::geometry::Primitives;
 use crate::light::Lights;
@@ -176,6 +176,24 @@ pub(super) fn materials(
         }
     }
     Ok((names, materials))
+}
+
+/// The spheres that light may reach a surface by way of.
+pub(super) fn mirror_spheres(scene: &Scene) -> Vec<MirrorSphere> {
+    let primitives = scene.primitives();
+    let first = primitives.len() - primitives.spheres.len();
+    let ids = (first..primitives.len()).map(|id| id as u32);
+    ids.zip(&primitives.spheres)
+        .filter_map(|(prim, sphere)| {
+            // Spheres have no texture coordinates.
+            let reflectance = scene.material(prim).bsdf(|| Vec2::ZERO).mirror();
+            (reflectance != glam::Vec3::ZERO).then_some(MirrorSphere {
+                prim,
+                sphere: *sphere,
+                reflectance,
+            })
+        })
+        .collect()
 }
 
 /// The emitting primitives, weighted by power.

@@ -29,6 +29,7 @@ use crate::light::Lights;
 use crate::material::Material;
 use crate::math::{Aabb, Ray};
 use crate::settings::AccelKind;
+use crate::shape::Sphere;
 use obj::ObjMesh;
 
 /// What building a scene is busy with.
@@ -66,6 +67,16 @@ pub enum ObjectKind {
     Mesh(usize),
 }
 
+/// A sphere that is a mirror, or a blend with one.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct MirrorSphere {
+    /// Primitive id.
+    pub prim: u32,
+    pub sphere: Sphere,
+    /// Reflectance of the mirror, its share of the blend included.
+    pub reflectance: Vec3,
+}
+
 /// Everything a picture is taken of. Frozen; cheap to clone and share through `Arc`.
 #[derive(Debug)]
 pub struct Scene {
@@ -80,6 +91,7 @@ pub struct Scene {
     /// By slot: the name under which the material stands, or would stand, in the description.
     material_names: Vec<String>,
     lights: Lights,
+    mirror_spheres: Vec<MirrorSphere>,
     census: Census,
     warnings: Vec<SceneWarning>,
 }
@@ -173,9 +185,11 @@ impl Scene {
             materials,
             material_names,
             lights,
+            mirror_spheres: Vec::new(),
             census: Census::default(),
             warnings,
         };
+        scene.mirror_spheres = assemble::mirror_spheres(&scene);
         scene.census = Census::of(&scene);
         if let Some(object) = scene.object_around_camera() {
             let warning = format!(
@@ -263,6 +277,11 @@ impl Scene {
     /// The emitters.
     pub fn lights(&self) -> &Lights {
         &self.lights
+    }
+
+    /// The spheres that mirror on their outsides.
+    pub(crate) fn mirror_spheres(&self) -> &[MirrorSphere] {
+        &self.mirror_spheres
     }
 
     /// What it uses.
