@@ -106,7 +106,10 @@ impl TriangleRuns {
         (first, count, lane): (u32, u32, u32),
         t_max: f32,
     ) -> Option<TriangleHit> {
-        let hit = pairs.hit(pair, t_max)?;
+        let (hit, is_clear) = pairs.hit(pair, t_max)?;
+        if is_clear {
+            return Some(hit);
+        }
         let (n, i) = (count as usize, lane as usize);
         let run = &self.words[first as usize * WORDS..][..n * WORDS];
         let vertex = |v: usize| {
@@ -263,7 +266,7 @@ pub(crate) struct Apart([[[f32; TriangleRuns::MAX]; 3]; 3]);
 impl Apart {
     /// What the sheared vertices of a candidate tell of its hit.
     #[inline(always)]
-    fn hit(&self, lane: u32, t_max: f32) -> Option<TriangleHit> {
+    fn hit(&self, lane: u32, t_max: f32) -> Option<(TriangleHit, bool)> {
         let i = lane as usize % TriangleRuns::MAX;
         let [a, b, c] = &self.0;
         exact(

@@ -177,7 +177,12 @@ fn paths_that_are_followed_bring_the_same() {
     use crate::integrator::{Transport, Wave};
     use crate::sampler::Sampler;
     use crate::work::Stopwatch;
-    for name in ["cornell-box", "glass-sphere", "teddy-mirror", "white-furnace"] {
+    for name in [
+        "cornell-box",
+        "glass-sphere",
+        "teddy-mirror",
+        "white-furnace",
+    ] {
         let scene = shipped(name);
         let view = followed(&scene, Method::Mis, 3);
         let trace = |followed: Option<&mut Followed>, depth| {
