@@ -218,3 +218,47 @@ fn a_point_of_a_planet_near_the_origin_tells_how_far_off_it_is() {
     assert!(low <= -off && -off <= high, "{off} for {point:?}");
     assert!(high - low < 1e-9, "{point:?}");
 }
+
+/// From the far end of a long triangle, rounding in f64 put the start of a ray on the wrong side.
+#[test]
+fn a_ray_that_leaves_a_needle_does_not_meet_it_again() {
+    let primitives = Primitives {
+        triangles: vec![[
+            Vec3::new(0.25, -0.5, 2031.4962),
+            Vec3::ZERO,
+            Vec3::new(0.0, 0.000356833, -0.5),
+        ]],
+        ..Primitives::default()
+    };
+    let geometry = Geometry::build(primitives, AccelKind::Brute);
+    let dir = Vec3::new(-0.16439281, 0.9863569, 0.008662856);
+    let ray = Ray::new(Vec3::new(1.0, -6.0, -0.052696075), dir);
+    let hit = geometry.intersect(&ray, |_| false).expect("its middle");
+    let point = geometry.primitives().surface_point(&ray, &hit);
+    for w in [dir, -dir] {
+        let again = geometry.intersect(&Ray::new(point.leave(w), w), |_| false);
+        assert_eq!(again, None, "along {w}");
+    }
+}
+
+/// Where a point all but touches a large sphere, rounding puts what is sampled behind it.
+#[test]
+fn what_is_sampled_of_a_sphere_that_is_touched_faces_the_point() {
+    let sphere = Sphere {
+        center: Vec3::new(0.00011839516, -65_535.996, -0.0006027221),
+        radius: 65_535.996,
+    };
+    let primitives = Primitives {
+        spheres: vec![sphere],
+        ..Primitives::default()
+    };
+    let lights = Lights::new(&primitives, [(0, 1.0)]);
+    let p = Vec3::new(0.0, -3.6248583e-25, -0.0);
+    for i in 0..10_000 {
+        let u = [i % 100, i / 100].map(|k| (k as f32 + 0.5) / 100.0);
+        if let Some(sample) = lights.sample(p, || 0.5, || u) {
+            let from_behind = (p - sample.point.p).dot(sample.point.n) <= 0.0;
+            assert!(!from_behind, "{u:?}: {sample:?}");
+        }
+    }
+}

@@ -101,7 +101,10 @@ impl Shape {
             Self::Sphere(sphere) => {
                 let cone = Cone::new(sphere, p)?;
                 let q = sphere.center + sphere.radius * cone.sample(u());
-                Some((SurfacePoint::of_sphere(sphere, q), cone.pdf()))
+                let point = SurfacePoint::of_sphere(sphere, q);
+                // Rounding may put it behind its horizon where `p` all but touches the sphere.
+                let is_in_sight = (p - point.p).dot(point.n) > 0.0;
+                is_in_sight.then(|| (point, cone.pdf()))
             }
         }
     }

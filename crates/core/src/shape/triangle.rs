@@ -72,7 +72,8 @@ impl ShearedRay {
 
     /// Whether the plane of a triangle lies ahead of the ray. In f64 from the vertices themselves:
     /// rounding of the shear can make a triangle of a line, and put the origin of a ray that has
-    /// just left the triangle on its other side.
+    /// just left the triangle on its other side. Seen from the vertex next to the origin: from the
+    /// far end of a long triangle even f64 might not tell the sides apart.
     #[inline(always)]
     pub(super) fn meets_plane(&self, [a, b, c]: [Vec3; 3]) -> bool {
         let [x, y, z] = self.axes;
@@ -83,6 +84,12 @@ impl ShearedRay {
             permuted(c.to_array()),
         );
         let o = permuted(self.origin);
+        let away = |v: DVec3| (v - o).length_squared();
+        let (a, b, c) = match (away(a), away(b), away(c)) {
+            (x, y, z) if y < x && y <= z => (b, c, a),
+            (x, _, z) if z < x => (c, a, b),
+            _ => (a, b, c),
+        };
         let n = (b - a).cross(c - a);
         // The direction, but for its length.
         let [sx, sy, sz] = self.shear;
