@@ -333,32 +333,26 @@ impl Session {
     /// of a pass, tiles that lag behind are brought up to the others in a copy: only a picture with
     /// as many samples everywhere can be made again.
     pub fn save(&self, path: PathBuf) {
-        let (shown, tone, desc) = {
-            let outbox = lock(&self.shared.outbox);
-            let Status { scene, desc, .. } = &outbox.status;
-            let desc = scene.as_ref().map(|scene| desc.detached(scene.path()));
-            (outbox.shown.clone(), outbox.look.tone, desc)
-        };
         let is_scene = path
             .extension()
             .is_some_and(|e| e.eq_ignore_ascii_case("toml"));
-        if let Some(desc) = desc.filter(|_| is_scene) {
-            let shared = self.shared.clone();
-            self.spawn("lightbox-save", move || match scene::save(&path, &desc) {
-                Ok(()) => shared.notify(format!("saved {}", path.display()), false),
-                Err(message) => shared.notify(message, true),
-            });
-            return;
-        }
-        let Some(shown) = shown else {
-            self.shared
-                .notify("there is no picture to save yet".into(), true);
-            return;
+        let (shown, tone, scene, desc) = {
+            let outbox = lock(&self.shared.outbox);
+            let Status { scene, desc, .. } = &outbox.status;
+            let scene = scene.clone().filter(|_| is_scene);
+            (outbox.shown.clone(), outbox.look.tone, scene, desc.clone())
         };
         let shared = self.shared.clone();
-        self.spawn("lightbox-save", move || match shown.write(&path, tone) {
-            Ok(()) => shared.notify(format!("saved {}", path.display()), false),
-            Err(message) => shared.notify(message, true),
+        self.spawn("lightbox-save", move || {
+            let written = match (scene, shown) {
+                (Some(scene), _) => scene::save(&path, &desc.detached(scene.path())),
+                (None, Some(shown)) => shown.write(&path, tone),
+                (None, None) => Err("there is no picture to save yet".into()),
+            };
+            match written {
+                Ok(()) => shared.notify(format!("saved {}", path.display()), false),
+                Err(message) => shared.notify(message, true),
+            }
         });
     }
 }
