@@ -48,8 +48,17 @@ fn any_number_of_threads_gives_the_same_bits() {
 
 #[test]
 fn pauses_and_batches_change_nothing() {
-    let scene = build(&shipped("teddy-diffuse"));
-    let view = view(&scene, |s| (s.width, s.height, s.samples) = (64, 48, 24));
+    for name in ["teddy-diffuse", "glass-sphere"] {
+        pauses_and_batches_change_nothing_in(name);
+    }
+}
+
+fn pauses_and_batches_change_nothing_in(name: &str) {
+    let scene = build(&shipped(name));
+    let view = view(&scene, |s| {
+        (s.width, s.height, s.samples) = (64, 48, 24);
+        s.filter = "lanczos".parse().expect("a filter");
+    });
     let whole = picture(&view);
 
     // In batches of unequal size.

@@ -47,30 +47,38 @@ fn every_planted_defect_is_found_by_the_case_meant_for_it() {
 
 /// A defect that one method has and another has not makes them disagree; without it they agree.
 fn agreement_sees_biased_methods() {
-    let scene = Arc::new(shipped("cornell-box").build(&|_| ()).expect("a scene"));
-    let light = |method, seed| {
+    let light = |name, method, seed| {
+        let scene = Arc::new(shipped(name).build(&|_| ()).expect("a scene"));
         Light::of(&film(&view(&scene, |s| {
             (s.width, s.height, s.samples) = (32, 32, 1024);
             (s.method, s.seed) = (method, seed);
         })))
         .expect("two samples")
     };
-    let naive = light(Method::Naive, 1);
-    for (bug, method) in [
-        (None, Method::Mis),
-        (None, Method::Nee),
-        (Some(Bug::CosineDropped), Method::Nee),
-        (Some(Bug::CosineDropped), Method::Mis),
-        (Some(Bug::OneSidedFlagFlipped), Method::Mis),
+    for (name, bug, method) in [
+        ("cornell-box", None, Method::Mis),
+        ("cornell-box", None, Method::Nee),
+        ("cornell-box", Some(Bug::CosineDropped), Method::Nee),
+        ("cornell-box", Some(Bug::CosineDropped), Method::Mis),
+        ("cornell-box", Some(Bug::OneSidedFlagFlipped), Method::Mis),
+        ("sphere-mirror", None, Method::Mis),
+        ("sphere-mirror", Some(Bug::DetoursCountedTwice), Method::Mis),
+        ("glass-sphere", None, Method::Caustics),
+        (
+            "glass-sphere",
+            Some(Bug::CausticsCountedTwice),
+            Method::Caustics,
+        ),
     ] {
+        let naive = light(name, Method::Naive, 1);
         plant(bug);
-        let light = light(method, 2);
+        let light = light(name, method, 2);
         plant(None);
         let agreement = Agreement::between(&naive, &light);
         assert_eq!(
             agreement.holds(),
             bug.is_none(),
-            "{bug:?} in {method}: p = {}",
+            "{bug:?} in {method}, {name}: p = {}",
             agreement.p
         );
     }

@@ -49,6 +49,7 @@ fn methods_agree() {
         comparisons.agree(&means(Method::Naive), &mis);
         // Lights behind glass and mirrors of other shapes, which nobody can aim at, are counted when run into.
         comparisons.agree(&means(Method::Nee), &mis);
+        comparisons.agree(&means(Method::Caustics), &mis);
         assert_holds(comparisons, resolution, name);
     }
 }
@@ -129,7 +130,96 @@ fn methods_agree_among_mirror_spheres() {
         let mis = means(Method::Mis);
         comparisons.agree(&means(Method::Naive), &mis);
         comparisons.agree(&means(Method::Nee), &mis);
+        comparisons.agree(&means(Method::Caustics), &mis);
         assert_holds(comparisons, 0.02, &format!("depth {depth}"));
+    }
+}
+
+/// What stands among the mirror spheres for light to come by way of: plane mirrors, one of them
+/// varnished, glass, more lamps in it than one, and a room around.
+const CASTERS: &str = r#"
+[[material]]
+name = "glass"
+glass = 1.5
+
+[[sphere]]
+material = "glass"
+center = [0.2, 1.4, 0.8]
+radius = 0.45
+
+[[sphere]]
+material = "glass"
+center = [-1.9, 1.1, 0.6]
+radius = 0.7
+
+[[sphere]]
+material = "lamp"
+center = [-1.9, 1.2, 0.6]
+radius = 0.2
+
+[[quad]]
+material = "silver"
+corners = [[-3, 0, -2.8], [3, 0, -2.8], [3, 3, -3], [-3, 3, -3]]
+
+[[quad]]
+material = "varnish"
+corners = [[3, 0, -3], [3, 0, 3], [3, 3, 3], [3, 3, -3]]
+"#;
+
+/// Light paths and camera paths find the same light, whatever the filter spreads and wherever
+/// the paths end.
+#[test]
+fn light_paths_agree_with_camera_paths() {
+    let path = std::path::Path::new("casters.toml");
+    let desc = parse(&format!("{MIRRORS}{CASTERS}"), path).unwrap_or_else(|e| panic!("{e}"));
+    let scene = Source::from_desc(desc, path).build(&|_| ());
+    let scene = Arc::new(scene.unwrap_or_else(|e| panic!("{e}")));
+    for (depth, filter) in [
+        (3, "box"),
+        (4, "mitchell"),
+        (UNLIMITED, "gaussian:2.5"),
+        (UNLIMITED, "lanczos"),
+    ] {
+        let means = |method| {
+            replicates(&scene, |s| {
+                (s.width, s.height, s.samples) = (24, 18, 256);
+                (s.method, s.depth) = (method, depth);
+                s.filter = filter.parse().expect("a filter");
+            })
+        };
+        let mut comparisons = Comparisons::default();
+        comparisons.agree(&means(Method::Caustics), &means(Method::Naive));
+        assert_holds(comparisons, 0.02, &format!("depth {depth}, {filter}"));
+    }
+}
+
+/// Light paths are worth a factor of 6 to 8 here; 3 is clear of chance.
+#[test]
+fn caustics_are_found_from_the_lamp() {
+    for name in ["teddy-mirror", "glass-sphere"] {
+        let scene = Arc::new(shipped(name).build(&|_| ()).unwrap());
+        let noise = |method| {
+            let film = lightbox_tests::film(&view(&scene, |s| {
+                (s.width, s.height, s.samples, s.method) = (64, 64, 64, method);
+            }));
+            film.error().expect("two halves").rel_mse
+        };
+        let ratio = noise(Method::Mis) / noise(Method::Caustics);
+        assert!(ratio > 3.0, "{name}: {ratio}");
+    }
+}
+
+/// Where nothing is specular, light paths are not traced: the picture has the bits of `mis`.
+#[test]
+fn without_casters_there_is_nothing_to_trace() {
+    for name in ["cornell-box", "teddy-diffuse", "sphere-mirror"] {
+        let scene = Arc::new(shipped(name).build(&|_| ()).unwrap());
+        let pictures = [Method::Mis, Method::Caustics].map(|method| {
+            picture(&view(&scene, |s| {
+                (s.width, s.height, s.samples, s.method) = (24, 24, 4, method);
+            }))
+        });
+        assert!(pictures[0] == pictures[1], "{name}");
     }
 }
 

@@ -76,6 +76,31 @@ impl Camera {
         )
     }
 
+    /// Number of pixels of the picture.
+    pub(crate) fn pixels(&self) -> f32 {
+        4.0 * self.middle[0] * self.middle[1]
+    }
+
+    /// Where a point is seen: its place in the picture, in pixels from the upper left, and how
+    /// many pixels a surface there takes up per unit of area when it faces the camera. `None`
+    /// behind the camera and beyond the border of the picture and a `margin` of pixels.
+    #[inline]
+    pub(crate) fn place(&self, p: Vec3, margin: f32) -> Option<([f32; 2], f32)> {
+        let way = p - self.eye;
+        let depth = way.dot(self.forward);
+        // Both axes are as long as a pixel at distance 1.
+        let pixel2 = self.right.length_squared();
+        let scale = 1.0 / (depth * pixel2);
+        let x = way.dot(self.right) * scale + self.middle[0];
+        let y = way.dot(self.down) * scale + self.middle[1];
+        let is_seen = |x: f32, middle: f32| x >= -margin && x <= 2.0 * middle + margin;
+        if !(depth > 0.0 && is_seen(x, self.middle[0]) && is_seen(y, self.middle[1])) {
+            return None;
+        }
+        let distance = way.length();
+        Some(([x, y], distance / (pixel2 * depth * depth * depth)))
+    }
+
     /// Unit vector along the optical axis.
     pub fn forward(&self) -> Vec3 {
         self.forward

@@ -16,11 +16,14 @@ use crate::planted::{self, Bug};
 
 mod error;
 mod pack;
+mod splats;
 mod survey;
 
 pub(crate) use error::TileLight;
 pub use error::{BAND_FROM, ErrorEstimate, TileError};
 pub(crate) use pack::LONGEST_PACKED;
+use splats::Landing;
+pub(crate) use splats::Splat;
 use survey::Survey;
 pub(crate) use survey::{Followed, is_followed};
 pub use survey::{Light, Lost};
@@ -79,9 +82,12 @@ pub struct Tile {
     pub samples: u64,
     /// Rays cast for them.
     pub rays: u64,
-    strata: usize,
-    /// Per pixel, row by row: `[half][stratum]`; empty before the first samples.
+    /// Cells of a half: one for each filter stratum, and one for splats if the film takes them.
+    lanes: usize,
+    /// Per pixel, row by row: `[half][lane]`; empty before the first samples.
     cells: Vec<Cell>,
+    /// Of a batch: light for other tiles.
+    splats: Vec<Splat>,
     invalid: Vec<InvalidSample>,
     invalid_count: u64,
     survey: Survey,
@@ -89,13 +95,14 @@ pub struct Tile {
 
 impl Tile {
     /// A tile that takes up memory only once samples come.
-    fn empty(rect: TileRect, strata: usize) -> Self {
+    fn empty(rect: TileRect, lanes: usize) -> Self {
         Self {
             rect,
             samples: 0,
             rays: 0,
-            strata,
+            lanes,
             cells: Vec::new(),
+            splats: Vec::new(),
             invalid: Vec::new(),
             invalid_count: 0,
             survey: Survey::default(),
@@ -104,10 +111,10 @@ impl Tile {
 
     /// An empty batch for the same pixels.
     pub fn batch(&self) -> Self {
-        let cells = (self.rect.width * self.rect.height) as usize * 2 * self.strata;
+        let cells = (self.rect.width * self.rect.height) as usize * 2 * self.lanes;
         Self {
             cells: vec![Cell::default(); cells],
-            ..Self::empty(self.rect, self.strata)
+            ..Self::empty(self.rect, self.lanes)
         }
     }
 
@@ -128,7 +135,7 @@ impl Tile {
             return;
         }
         let pixel = (y * self.rect.width + x) as usize;
-        let cell = &mut self.cells[(pixel * 2 + (sample & 1) as usize) * self.strata + stratum];
+        let cell = &mut self.cells[(pixel * 2 + (sample & 1) as usize) * self.lanes + stratum];
         for (sum, value) in cell.sum.iter_mut().zip(radiance.to_array()) {
             *sum += fixed(value);
         }
@@ -137,7 +144,7 @@ impl Tile {
 
     /// The cells of each pixel, row by row; nothing before the first samples.
     fn pixels(&self) -> impl Iterator<Item = &[Cell]> {
-        self.cells.chunks_exact(2 * self.strata)
+        self.cells.chunks_exact(2 * self.lanes)
     }
 
     fn merge(&mut self, batch: &Self) {
@@ -233,14 +240,18 @@ pub struct Film {
     weights: [f64; 2],
     /// From the centre of the picture outwards.
     tiles: Vec<Mutex<Tile>>,
+    /// If it takes splats.
+    landing: Option<Landing>,
 }
 
 impl Clone for Film {
-    /// Tile by tile: samples may come in the meantime.
+    /// Tile by tile: samples may come in the meantime, unless they would bring splats.
     fn clone(&self) -> Self {
+        let _still = self.stand_still();
         let tiles = (0..self.tiles.len()).map(|i| Mutex::new(self.tile(i).clone()));
         Self {
             tiles: tiles.collect(),
+            landing: self.copy_landing(),
             ..*self
         }
     }
@@ -276,6 +287,7 @@ impl Film {
             first: 0,
             weights: filter.weights(),
             tiles,
+            landing: None,
         }
     }
 
@@ -319,12 +331,17 @@ impl Film {
     /// Adds a batch that holds the samples `first..end` of tile `i`. Refused (returns false) if
     /// those are not the ones that come next.
     pub fn merge(&self, i: usize, batch: &Tile, first: u64, end: u64) -> bool {
+        let _whole = self.landing();
         let mut tile = self.tile(i);
         if tile.samples != first || batch.rect != tile.rect {
             return false;
         }
         tile.merge(batch);
         tile.samples = end;
+        drop(tile);
+        let pixels = u64::from(batch.rect.width * batch.rect.height);
+        self.count_light_paths(&(first..end), pixels);
+        self.land(batch.splats.clone());
         true
     }
 
@@ -410,12 +427,13 @@ impl Film {
 
     /// Mean radiance of some halves of a pixel.
     fn mean<const N: usize>(&self, cells: &[Cell], halves: [usize; N]) -> DVec3 {
-        let strata = cells.len() / 2;
+        let lanes = cells.len() / 2;
+        let strata = lanes - usize::from(self.takes_splats());
         let stratum = |s: usize| {
             let mut sum = [0i128; 3];
             let mut count = 0;
             for half in halves {
-                let cell = &cells[half * strata + s];
+                let cell = &cells[half * lanes + s];
                 count += cell.count;
                 for (a, b) in sum.iter_mut().zip(cell.sum) {
                     *a += b;
@@ -423,12 +441,19 @@ impl Film {
             }
             (count > 0).then(|| DVec3::from_array(sum.map(real)) / count as f64)
         };
-        match (stratum(0), (strata > 1).then(|| stratum(1)).flatten()) {
+        let mean = match (stratum(0), (strata > 1).then(|| stratum(1)).flatten()) {
             (Some(p), Some(n)) => self.weights[0] * p + self.weights[1] * n,
             // One stratum not sampled yet: the other stands for both, as in a constant scene.
             (Some(mean), None) | (None, Some(mean)) => mean,
             (None, None) => DVec3::ZERO,
+        };
+        let light_paths = self.light_paths(halves);
+        if light_paths == 0.0 {
+            return mean;
         }
+        let splatted =
+            halves.map(|half| DVec3::from_array(cells[half * lanes + strata].sum.map(real)));
+        mean + splatted.iter().sum::<DVec3>() / light_paths
     }
 }
 

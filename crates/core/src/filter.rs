@@ -204,6 +204,9 @@ pub struct FilterSampler {
     inverse: Box<[f32; TABLE + 1]>,
     /// Distances from the centre, pixels, at which f changes sign; rising, then +∞.
     sign_changes: [f32; 3],
+    filter: Filter,
+    /// 1/∫f over one axis, pixels⁻¹.
+    height: f64,
     /// ∫f over the regions where f(x)·f(y) > 0 and < 0 (as a positive number), with ∫f = 1.
     areas: [f64; 2],
 }
@@ -267,6 +270,8 @@ impl FilterSampler {
         Self {
             inverse,
             sign_changes,
+            filter,
+            height: STEPS as f64 / ((positive - negative) * 2.0 * radius),
             areas: [a * a + b * b, 2.0 * a * b],
         }
     }
@@ -283,6 +288,21 @@ impl FilterSampler {
     /// Weight of each stratum's mean in the picture: the areas of f, the second one negated.
     pub fn weights(&self) -> [f64; 2] {
         [self.areas[0], -self.areas[1]]
+    }
+
+    /// Half of the width, pixels.
+    pub(crate) fn radius(&self) -> f32 {
+        self.filter.radius
+    }
+
+    /// What light at some offset from a pixel's centre counts there: f, with ∫f = 1.
+    pub(crate) fn weight(&self, offset: [f32; 2]) -> f32 {
+        if self.filter == Filter::default() {
+            return 1.0; // Within the pixel, which is all that is asked of this one.
+        }
+        let f =
+            offset.map(|x| self.height * self.filter.kind.eval(f64::from(x / self.filter.radius)));
+        (f[0] * f[1]) as f32
     }
 
     /// Offset from the pixel's centre, pixels, and the stratum: 0 where f > 0, 1 where f < 0.

@@ -1,7 +1,7 @@
 //! Light transport: the radiance that paths find.
 //!
 //! A path of depth d has d segments from the camera to the light: depth 1 is light seen
-//! directly. The three methods share one loop and differ only in how they count light that a
+//! directly. The methods share one loop and differ only in how they count light that a
 //! segment runs into and whether they also aim at lights:
 //!
 //! | method | light run into | light aimed at |
@@ -9,8 +9,10 @@
 //! | naive | 1 | – |
 //! | nee | 1 from the camera and after mirror or glass, else 0 | 1 |
 //! | mis | 1 from the camera and after mirror or glass, else its power-heuristic weight | its weight |
+//! | caustics | the same, but its weight where light paths find it too | its weight |
 //!
-//! Both that aim at lights also aim at them by way of mirror spheres ([`crate::light`]): the one
+//! `caustics` also traces paths from the lights, for light that comes to diffuse surfaces by way of
+//! mirror and glass ([`light_paths`]); where nothing is specular it is `mis`. All that aim at lights also aim at them by way of mirror spheres ([`crate::light`]): the one
 //! path from a diffuse surface by the outside of a sphere to a point on a light is found, not
 //! met. Light that a path then runs into that way, diffuse, mirror sphere, light, does not count.
 //!
@@ -24,6 +26,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::Vec3;
 
+use crate::camera::Camera;
 use crate::film::Followed;
 use crate::geometry::Hit;
 use crate::math::{GROUP, Ray};
@@ -36,6 +39,7 @@ use crate::simd::{Lanes, Task};
 use crate::work::{Stage, Stopwatch};
 use vertices::Vertices;
 
+pub(crate) mod light_paths;
 mod vertices;
 
 /// Density of a direction that was the only one possible: from the camera, mirror or glass.
@@ -45,12 +49,22 @@ const ONLY: f32 = f32::INFINITY;
 /// light the diffuse surface before it has aimed at.
 const AIMED_AT: f32 = f32::MAX;
 
+/// Stands for the density of a direction that was the only one possible, and leads through glass.
+const THROUGH_GLASS: f32 = f32::MAX / 2.0;
+
+/// Whether a direction was the only one possible, by its density.
+#[inline(always)]
+fn is_only(direction_pdf: f32) -> bool {
+    direction_pdf >= THROUGH_GLASS
+}
+
 /// A path on its way.
 #[derive(Clone, Copy, Debug)]
 struct Path {
     sampler: Sampler,
     throughput: Vec3,
-    /// Density per solid angle with which the direction of its ray was drawn, or [`ONLY`].
+    /// Density per solid angle with which the direction of its ray was drawn, or [`ONLY`] and the
+    /// like.
     direction_pdf: f32,
     /// Where its radiance is added up.
     index: u32,
@@ -90,6 +104,10 @@ pub struct Transport<'a> {
     pub method: Method,
     /// Most segments of a path.
     pub depth: u32,
+    /// Who looks.
+    pub camera: &'a Camera,
+    /// How far beyond the border of the picture light still counts in a pixel.
+    pub margin: f32,
 }
 
 impl Transport<'_> {
@@ -97,6 +115,12 @@ impl Transport<'_> {
     #[inline(always)]
     fn aims(&self) -> bool {
         self.method != Method::Naive && !self.scene.lights().is_empty()
+    }
+
+    /// Whether light that several methods find is shared by weights.
+    #[inline(always)]
+    fn weights(&self) -> bool {
+        matches!(self.method, Method::Mis | Method::Caustics)
     }
 
     /// Whether paths aim at lights by way of mirror spheres from their surface at a bounce: a
@@ -135,6 +159,11 @@ pub struct Wave {
     radiance: Vec<Vec3>,
     /// What paths that are followed further had found within the depth.
     within: Vec<Vec3>,
+    /// Of each path, if caustics are traced: [`Transport::light_share`] of its first surface, 0 if
+    /// it did not go on from there diffusely.
+    light_shares: Vec<f32>,
+    /// Light that the paths have run into, and left to light paths; all channels.
+    left: f64,
     vertices: Vertices,
 }
 
@@ -186,14 +215,20 @@ impl Wave {
         let is_followed = followed.is_some();
         // Light counted so far, by paths of how many segments it is found, and what follows.
         let mut counted = 0.0;
-        let mut count = |segments: u32, radiance: &[Vec3]| {
+        let mut count = |segments: u32, radiance: &[Vec3], left: f64| {
             if let Some(followed) = &mut followed {
-                let light = radiance.iter().map(|r| f64::from(r.element_sum())).sum();
+                let light = radiance.iter().map(|r| f64::from(r.element_sum()));
+                let light = left + light.sum::<f64>();
                 followed.add(segments, light - counted, segments > depth);
                 counted = light;
             }
         };
         self.within.clear();
+        self.light_shares.clear();
+        if transport.traces_light() {
+            self.light_shares.resize(self.radiance.len(), 0.0);
+        }
+        self.left = 0.0;
         for bounce in 0..if is_followed { UNLIMITED } else { depth } {
             if self.paths.is_empty() {
                 break;
@@ -215,7 +250,7 @@ impl Wave {
             scene.intersect_all(&self.rays, &mut self.hits);
             watch.lap(stage(Stage::Traversal));
             self.shade(transport, bounce, step);
-            count(bounce + 1, &self.radiance);
+            count(bounce + 1, &self.radiance, self.left);
             if bounce + 1 == depth && is_followed {
                 self.within.clone_from(&self.radiance);
             }
@@ -240,10 +275,10 @@ impl Wave {
                     }
                 },
             );
-            count(bounce.saturating_add(2), &self.radiance);
+            count(bounce.saturating_add(2), &self.radiance, self.left);
             if transport.detours(bounce) {
                 *rays += self.take_detours(transport);
-                count(bounce + 3, &self.radiance);
+                count(bounce + 3, &self.radiance, self.left);
             }
             watch.lap(if is_beyond {
                 Stage::Measuring
@@ -307,7 +342,7 @@ impl Wave {
         let was_detour = bounce > 0 && transport.detours(bounce - 1);
         let mut kept = 0;
         for first in (0..self.paths.len()).step_by(GROUP) {
-            self.meet(transport, first, step == Step::Meet);
+            self.meet(transport, first, bounce, step == Step::Meet);
             if step == Step::Meet {
                 continue;
             }
@@ -322,6 +357,9 @@ impl Wave {
                 continue;
             }
             vertices.scatter(transport, bounce, was_detour);
+            if bounce == 0 && !self.light_shares.is_empty() {
+                vertices.share_with_light_paths(transport, &mut self.light_shares);
+            }
             for lane in 0..vertices.count {
                 if vertices.direction_pdf[lane] > 0.0 {
                     self.paths[kept] = vertices.path(lane);
@@ -337,7 +375,7 @@ impl Wave {
     /// Gathers the vertices of the paths from `first` on, as many as make a group, and adds the
     /// light that these paths have run into.
     #[inline(always)]
-    fn meet(&mut self, transport: &Transport<'_>, first: usize, is_last: bool) {
+    fn meet(&mut self, transport: &Transport<'_>, first: usize, bounce: u32, is_last: bool) {
         let Transport { scene, method, .. } = *transport;
         let end = (first + GROUP).min(self.paths.len());
         let (paths, rays) = (&self.paths[first..end], &self.rays[first..end]);
@@ -369,10 +407,32 @@ impl Wave {
             if front != planted::has(Bug::OneSidedFlagFlipped) && material.emits() {
                 let weight = match method {
                     Method::Naive => 1.0,
-                    Method::Nee => f32::from(path.direction_pdf == ONLY),
-                    Method::Mis if path.direction_pdf == ONLY => 1.0,
-                    Method::Mis if path.direction_pdf == AIMED_AT => 0.0,
-                    Method::Mis => power_heuristic(
+                    Method::Nee if path.direction_pdf == AIMED_AT => 0.0,
+                    Method::Nee => f32::from(is_only(path.direction_pdf)),
+                    Method::Mis | Method::Caustics if path.direction_pdf == AIMED_AT => {
+                        f32::from(planted::has(Bug::DetoursCountedTwice))
+                    }
+                    Method::Mis if is_only(path.direction_pdf) => 1.0,
+                    // Light paths do not know of lamps in glass.
+                    Method::Caustics if path.direction_pdf == THROUGH_GLASS => 1.0,
+                    Method::Caustics if path.direction_pdf == ONLY => {
+                        match self.light_shares.get(path.index as usize) {
+                            Some(share) if *share > 0.0 && bounce < transport.depth => {
+                                let more =
+                                    share * transport.emission_pdf(hit.prim, &point, -ray.dir);
+                                let weight = power_heuristic(1.0, more);
+                                let light = path.throughput * material.emission;
+                                self.left += f64::from((1.0 - weight) * light.element_sum());
+                                if planted::has(Bug::CausticsCountedTwice) {
+                                    1.0
+                                } else {
+                                    weight
+                                }
+                            }
+                            _ => 1.0,
+                        }
+                    }
+                    Method::Mis | Method::Caustics => power_heuristic(
                         path.direction_pdf,
                         scene.lights().pdf(ray.origin, hit.prim, point.p),
                     ),

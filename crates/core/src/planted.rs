@@ -33,6 +33,10 @@ pub enum Bug {
     SeedRootRule,
     /// Samples that are no radiance enter the film.
     InvalidSamplesKept,
+    /// Light that is aimed at by way of a mirror sphere counts where it is run into, too.
+    DetoursCountedTwice,
+    /// Light that light paths find counts fully where camera paths run into it, too.
+    CausticsCountedTwice,
 }
 
 /// The planted defect; 0 for none.

@@ -6,13 +6,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rayon::prelude::*;
 
 use crate::camera::Camera;
-use crate::film::{Film, Followed, Tile, is_followed};
+use crate::film::{Film, Followed, Splat, Tile, is_followed};
 use crate::filter::FilterSampler;
+use crate::integrator::light_paths::LightWave;
 use crate::integrator::{Transport, Wave};
 use crate::plan::{Part, Plan};
 use crate::sampler::{Dim, Sampler};
 use crate::scene::Scene;
-use crate::settings::{AccelKind, RenderSettings};
+use crate::settings::{AccelKind, Method, RenderSettings, SamplerKind};
 use crate::work::{Stage, Stopwatch, Work};
 
 /// Paths that advance together: enough to share the cost of each step, few enough to stay in the
@@ -44,6 +45,7 @@ struct Place {
 /// What a thread needs to render a tile.
 struct Bench {
     wave: Wave,
+    light_wave: LightWave,
     places: Vec<Place>,
     batch: Tile,
     watch: Stopwatch,
@@ -75,6 +77,14 @@ impl View {
             filter: FilterSampler::new(settings.filter),
             plan,
         })
+    }
+
+    /// The same picture found another way.
+    pub fn found_by(&self, method: Method, sampler: SamplerKind) -> Self {
+        let mut view = self.clone();
+        (view.settings.method, view.settings.sampler) = (method, sampler);
+        view.plan = Plan::new(self.scene.census(), self.scene.geometry(), &view.settings);
+        view
     }
 
     /// Which parts of the model it has.
@@ -111,7 +121,24 @@ impl View {
 
     /// An empty film for this view.
     pub fn film(&self) -> Film {
-        Film::new(self.settings.width, self.settings.height, &self.filter)
+        let film = Film::new(self.settings.width, self.settings.height, &self.filter);
+        if self.transport().traces_light() {
+            film.with_splats()
+        } else {
+            film
+        }
+    }
+
+    /// What its paths have in common.
+    fn transport(&self) -> Transport<'_> {
+        Transport {
+            scene: &self.scene,
+            plan: self.plan,
+            method: self.settings.method,
+            depth: self.settings.depth,
+            camera: &self.camera,
+            margin: self.filter.radius(),
+        }
     }
 
     /// Brings every tile of `film` up to `samples` samples per pixel, on the threads of the current
@@ -147,6 +174,7 @@ impl View {
         let mut work = Work::default();
         let mut bench = Bench {
             wave: Wave::default(),
+            light_wave: LightWave::default(),
             places: Vec::with_capacity(WAVE),
             batch,
             watch,
@@ -194,10 +222,9 @@ impl View {
             places,
             batch,
             watch,
+            ..
         } = bench;
         let RenderSettings {
-            method,
-            depth,
             sampler: kind,
             seed,
             ..
@@ -223,17 +250,77 @@ impl View {
             wave.push(ray, place.sampler);
         }
         watch.lap(Stage::Camera);
-        let transport = Transport {
-            scene: &self.scene,
-            plan: self.plan,
-            method,
-            depth,
-        };
+        let transport = self.transport();
         let radiance = wave.trace(&transport, cancel, &mut batch.rays, watch, followed)?;
         for (place, radiance) in places.iter().zip(radiance) {
             batch.add(place.pixel, place.sample, place.stratum, *radiance);
         }
         watch.lap(Stage::Filter);
-        Some(places.len() as u64)
+        if transport.traces_light() {
+            self.render_light_wave(bench, &transport, cancel)?;
+        }
+        Some(bench.places.len() as u64)
+    }
+
+    /// Traces a light path for each sample of a wave; `None` if `cancel` was set meanwhile.
+    fn render_light_wave(
+        &self,
+        bench: &mut Bench,
+        transport: &Transport<'_>,
+        cancel: &AtomicBool,
+    ) -> Option<()> {
+        let Bench {
+            light_wave,
+            places,
+            batch,
+            watch,
+            ..
+        } = bench;
+        let RenderSettings {
+            width,
+            height,
+            sampler: kind,
+            seed,
+            ..
+        } = self.settings;
+        let pixels = u64::from(width) * u64::from(height);
+        light_wave.clear();
+        for Place {
+            pixel: [x, y],
+            sample,
+            ..
+        } in &*places
+        {
+            // All light paths of a half make up one sequence: lamps know no pixels.
+            let pixel =
+                u64::from(batch.rect.y + y) * u64::from(width) + u64::from(batch.rect.x + x);
+            let number = (sample >> 1).wrapping_mul(pixels).wrapping_add(pixel);
+            let sampler = Sampler::new(kind, seed, [u32::MAX; 2], number << 1 | sample & 1);
+            light_wave.push(transport, sampler);
+        }
+        watch.lap(Stage::Camera);
+        let arrivals = light_wave.trace(transport, cancel, &mut batch.rays, watch)?;
+        let (radius, size) = (self.filter.radius(), [width, height]);
+        for arrival in arrivals {
+            let Place { pixel, sample, .. } = places[arrival.index as usize];
+            // Pixels whose centres are within the radius.
+            let reach = |axis: usize| {
+                let at = arrival.at[axis] - 0.5;
+                let end = (at + radius + 1.0).floor().clamp(0.0, size[axis] as f32);
+                (at - radius).ceil().max(0.0) as u32..end as u32
+            };
+            for (x, y) in reach(1).flat_map(|y| reach(0).map(move |x| (x, y))) {
+                let [at_x, at_y] = arrival.at;
+                let offset = [at_x - (x as f32 + 0.5), at_y - (y as f32 + 0.5)];
+                let splat = Splat {
+                    pixel: [x, y],
+                    half: (sample & 1) as u8,
+                    radiance: arrival.radiance * self.filter.weight(offset),
+                };
+                batch.add_splat(pixel, sample, splat);
+            }
+        }
+        watch.lap(Stage::Filter);
+        Some(())
     }
 }

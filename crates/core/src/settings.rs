@@ -56,7 +56,7 @@ impl Default for RenderSettings {
             samples: 256,
             depth: 16,
             filter: Filter::default(),
-            method: Method::Mis,
+            method: Method::Caustics,
             accel: AccelKind::Auto,
             sampler: SamplerKind::Sobol,
             seed: 0,
@@ -146,6 +146,9 @@ named_enum! {
         Nee = "nee",
         /// Both, weighted by the power heuristic (Veach & Guibas 1995).
         Mis = "mis",
+        /// The same, and light traced from the lamps by way of mirror and glass to what the
+        /// camera sees; where nothing is specular it is `mis`.
+        Caustics = "caustics",
     }
 }
 

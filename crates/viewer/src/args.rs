@@ -250,7 +250,7 @@ pub struct RaceArgs {
     /// Runs of each contestant, with different random numbers
     #[arg(long, value_name = "N", default_value_t = 4)]
     pub seeds: u64,
-    /// Picture that counts as right, EXR [default: rendered with mis]
+    /// Picture that counts as right, EXR [default: rendered with caustics]
     #[arg(long, value_name = "FILE")]
     pub reference: Option<PathBuf>,
     /// Width and height in pixels

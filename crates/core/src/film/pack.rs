@@ -1,7 +1,7 @@
 //! Tiles as bytes, for files.
 //!
 //! The sums of a tile are numbers of one magnitude, so that most of their bytes are zero: of each
-//! column (one channel of one half and stratum, over all pixels) only the bytes that differ from
+//! column (one channel of one half and stratum, or of splats, over all pixels) only the bytes that differ from
 //! zero somewhere are kept. That makes a picture's sums about a third as long, at the speed of
 //! memory.
 
@@ -10,7 +10,7 @@ use super::{Cell, Film, INVALID_KEPT, InvalidSample, Tile};
 
 /// Bytes of the longest packed tile: no honest record exceeds it.
 pub(crate) const LONGEST_PACKED: usize = {
-    let cells = (super::TILE * super::TILE) as usize * 4;
+    let cells = (super::TILE * super::TILE) as usize * 6;
     32 + INVALID_KEPT * 16 + cells * COLUMNS * (16 + 2) + 16 + (LENGTHS + 1) * 16
 };
 
@@ -60,7 +60,7 @@ impl Tile {
         for sum in [beyond].into_iter().chain(by_length) {
             bytes.extend(sum.to_le_bytes());
         }
-        for lane in 0..2 * self.strata {
+        for lane in 0..2 * self.lanes {
             for column in 0..COLUMNS {
                 let values = || self.pixels().map(|cells| cells[lane].column(column));
                 let used = values().fold(0, |used, value| used | value);
@@ -120,7 +120,7 @@ impl Tile {
         if self.cells.is_empty() {
             self.cells = self.batch().cells;
         }
-        let lanes = 2 * self.strata;
+        let lanes = 2 * self.lanes;
         for lane in 0..lanes {
             for column in 0..COLUMNS {
                 let &[start, end] = rest.split_off(..2)? else {
@@ -153,11 +153,13 @@ impl Film {
     /// A tile in the place of tile `i`, without samples.
     pub(crate) fn empty_tile(&self, i: usize) -> Tile {
         let tile = self.tile(i);
-        Tile::empty(tile.rect, tile.strata)
+        Tile::empty(tile.rect, tile.lanes)
     }
 
-    /// Replaces tile `i`.
+    /// Replaces tile `i`, which has no samples yet.
     pub(crate) fn set_tile(&self, i: usize, tile: Tile) {
+        let pixels = u64::from(tile.rect.width * tile.rect.height);
+        self.count_light_paths(&(self.first..tile.samples), pixels);
         *self.tile(i) = tile;
     }
 }

@@ -6,7 +6,7 @@ use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
 
-use super::{AIMED_AT, ONLY, Path, ShadowRay, Transport, power_heuristic};
+use super::{AIMED_AT, ONLY, Path, ShadowRay, THROUGH_GLASS, Transport, is_only, power_heuristic};
 use crate::bsdf::{Bsdf, diffuse_direction};
 use crate::geometry::{Place, SurfacePoint, SurfacePoints};
 use crate::light::LightSamples;
@@ -14,7 +14,6 @@ use crate::math::{Floats, GROUP, Ray, Vectors};
 use crate::plan::Part;
 use crate::planted::{self, Bug};
 use crate::sampler::{Dim, Samplers};
-use crate::settings::Method;
 
 mod detours;
 
@@ -33,9 +32,9 @@ pub(super) struct Vertices {
     /// Which of the paths offered each lane is.
     sources: [u32; GROUP],
     /// Where its radiance is added up.
-    indices: [u32; GROUP],
+    pub indices: [u32; GROUP],
     samplers: Samplers,
-    throughput: Vectors,
+    pub throughput: Vectors,
     /// Away from the surface, to where the path comes from.
     wo: Vectors,
     triangles: [Vectors; 3],
@@ -44,10 +43,10 @@ pub(super) struct Vertices {
     elsewhere: Vec<(usize, SurfacePoint)>,
     pub points: SurfacePoints,
     /// Unit normal on the side of `wo`.
-    n: Vectors,
+    pub n: Vectors,
     /// Diffuse reflectance, and the probability that a path goes on that way.
-    diffuse: Vectors,
-    diffuse_share: Floats,
+    pub diffuse: Vectors,
+    pub diffuse_share: Floats,
     /// Whether any of them is not black.
     pub any_diffuse: bool,
     /// Lanes that are not purely diffuse: primitive, whether `wo` is on the front, and the rest.
@@ -61,7 +60,7 @@ pub(super) struct Vertices {
     weight: Vectors,
     pub direction_pdf: Floats,
     /// The density of the direction in which the path came.
-    arriving_pdf: Floats,
+    pub arriving_pdf: Floats,
     shadow_origin: Vectors,
     shadow_dir: Vectors,
     shadow_radiance: Vectors,
@@ -174,7 +173,7 @@ impl Vertices {
     /// reach it from there and leave along the path, over the probability of the choice.
     #[inline(always)]
     pub fn aim(&mut self, transport: &Transport<'_>, bounce: u32, rays: &mut Vec<ShadowRay>) {
-        let (scene, is_mis) = (transport.scene, transport.method == Method::Mis);
+        let (scene, is_mis) = (transport.scene, transport.weights());
         let is_one = !transport.plan.has(Part::LightChoice);
         let (samplers, lights) = (&self.samplers, &mut self.lights);
         let p = &self.points.p;
@@ -247,13 +246,17 @@ impl Vertices {
             self.direction_pdf[lane] = 0.0;
             let (wo, n) = (self.wo.get(lane), self.n.get(lane));
             if let Some(sample) = bsdf.sample(wo, n, *front, lobe, u) {
-                let is_only = sample.specular && !planted::has(Bug::MirrorWeighted);
+                let is_specular = sample.specular && !planted::has(Bug::MirrorWeighted);
                 let is_aimed_at = was_detour
-                    && self.arriving_pdf[lane] < AIMED_AT
+                    && !is_only(self.arriving_pdf[lane])
                     && (*front && primitives.is_sphere(*prim))
                     && bsdf.mirror() != Vec3::ZERO;
-                self.direction_pdf[lane] = match is_only {
+                // `n` is on the side of `wo`.
+                let is_within =
+                    matches!(bsdf, Bsdf::Glass(_)) && (sample.wi.dot(n) > 0.0) != *front;
+                self.direction_pdf[lane] = match is_specular {
                     true if is_aimed_at => AIMED_AT,
+                    true if is_within => THROUGH_GLASS,
                     true => ONLY,
                     false => sample.pdf,
                 };
@@ -269,6 +272,29 @@ impl Vertices {
         }
         if bounce >= ROULETTE_FROM {
             self.play_roulette(bounce);
+        }
+    }
+
+    /// Whether a path came to its surface through glass.
+    #[inline(always)]
+    pub fn came_through_glass(&self, lane: usize) -> bool {
+        let i = self.others.binary_search_by_key(&lane, |other| other.0);
+        i.is_ok_and(|i| {
+            let (_, _, front, bsdf) = &self.others[i];
+            !front && matches!(bsdf, Bsdf::Glass(_))
+        })
+    }
+
+    /// Sets the shares of paths that go on diffusely from their first surfaces.
+    #[inline(always)]
+    pub fn share_with_light_paths(&self, transport: &Transport<'_>, shares: &mut [f32]) {
+        for lane in 0..self.count {
+            let pdf = self.direction_pdf[lane];
+            if pdf > 0.0 && !is_only(pdf) {
+                let (point, n) = (self.points.get(lane), self.n.get(lane));
+                let share = transport.light_share(&point, n, self.diffuse_share[lane]);
+                shares[self.indices[lane] as usize] = share.map_or(0.0, |(share, _)| share);
+            }
         }
     }
 

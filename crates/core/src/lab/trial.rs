@@ -13,7 +13,7 @@ use crate::sampler::{Dim, Sampler};
 use crate::scene::Source;
 use crate::settings::UNLIMITED;
 use crate::work::Stopwatch;
-use crate::{Image, Method, RenderSettings, SamplerKind, Scene, View};
+use crate::{Camera, Image, Method, RenderSettings, SamplerKind, Scene, View};
 
 /// The largest random number.
 pub const LAST: f32 = 1.0 - f32::EPSILON / 2.0;
@@ -151,11 +151,14 @@ pub fn path(scene: &Scene, method: Method, ray: Ray, sampler: Sampler) -> (Vec3,
     let (mut wave, mut rays) = (Wave::default(), 0);
     wave.push(ray, sampler);
     let never = AtomicBool::new(false);
+    let camera = Camera::new(&scene.desc().camera, 1, 1).unwrap_or_else(|e| panic!("{e}"));
     let transport = Transport {
         scene,
         plan: Plan::FULL,
         method,
         depth: UNLIMITED,
+        camera: &camera,
+        margin: 0.0,
     };
     let found = wave.trace(&transport, &never, &mut rays, &mut Stopwatch::start(), None);
     (found.map_or(Vec3::NAN, |radiance| radiance[0]), rays)

@@ -6,6 +6,7 @@
 //! from there is sampled by area: the density is then almost constant anyway, and solid angles
 //! of such size cannot be told from rounding.
 
+mod casters;
 mod cone;
 mod rectangle;
 mod reflection;
@@ -18,6 +19,7 @@ use crate::math::{Floats, GROUP, Vectors, warp};
 use crate::planted::{self, Bug};
 use crate::sampler::{Dim, Samplers};
 use crate::shape::{Quad, Sphere, triangle_area, triangle_normal};
+pub(crate) use casters::Casters;
 use cone::Cone;
 use rectangle::Rectangle;
 pub(crate) use reflection::Reflection;
@@ -333,5 +335,13 @@ impl Lights {
         self.emitters
             .binary_search(&prim)
             .map_or(0.0, |i| self.shapes[i].pdf(p, q) * self.probability(i))
+    }
+
+    /// Density per unit of area with which [`Lights::sample_area`] draws a point on primitive
+    /// `prim`; 0 if never.
+    pub(crate) fn area_pdf(&self, prim: u32) -> f32 {
+        self.emitters
+            .binary_search(&prim)
+            .map_or(0.0, |i| self.probability(i) / self.shapes[i].area())
     }
 }

@@ -131,12 +131,14 @@ impl PartFile {
 
     /// An empty film of its size.
     pub fn film(&self) -> Film {
-        let settings = self.head.scene.render;
-        Film::new(
-            settings.width,
-            settings.height,
-            &FilterSampler::new(settings.filter),
-        )
+        let settings = &self.head.scene.render;
+        let filter = FilterSampler::new(settings.filter);
+        let film = Film::new(settings.width, settings.height, &filter);
+        if self.head.splats {
+            film.with_splats()
+        } else {
+            film
+        }
     }
 
     /// Adds the next tiles to `sums`, and returns the lowest and highest of their

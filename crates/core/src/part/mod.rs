@@ -54,6 +54,9 @@ pub struct Head {
     samples: Vec<[u64; 2]>,
     /// Whether some tiles have more samples than all of them do.
     unfinished: bool,
+    /// Whether tiles hold light that other tiles' samples have brought.
+    #[serde(default)]
+    splats: bool,
     /// Seconds of tracing.
     pub seconds: f64,
     /// The file of the scene, or its built-in name, as it was given.
@@ -77,6 +80,7 @@ impl Head {
             fingerprint: format!("{:032x}", fingerprint::of(view)),
             samples: Vec::new(),
             unfinished: true,
+            splats: film.takes_splats(),
             seconds,
             path: path.to_owned(),
             tone,
@@ -174,9 +178,10 @@ pub fn check_writable(path: &Path) -> Result<(), String> {
 }
 
 /// Writes what a film holds. Samples may be added in the meantime: the file then holds some of
-/// them, and is none the worse for it. The error is one line.
+/// them, and is none the worse for it; those that would bring splats wait. The error is one line.
 pub fn write(path: &Path, head: &Head, film: &Film) -> Result<(), String> {
     write_records(path, head, |write| {
+        let _still = film.stand_still();
         let mut bytes = Vec::new();
         for i in 0..film.tiles() {
             bytes.clear();

@@ -141,6 +141,11 @@ impl Parts {
         mut stretch_done: impl FnMut(&[Tile], &[Developed]) -> Result<(), String>,
     ) -> Result<Sum, String> {
         let film = self.files[0].film();
+        let RenderSettings { width, height, .. } = self.head.scene.render;
+        let pixels = u64::from(width) * u64::from(height);
+        for samples in self.head.samples() {
+            film.count_light_paths(&samples, pixels);
+        }
         let (mut rays, mut invalid_count, mut invalid) = (0, 0, Vec::new());
         let (mut errors, mut light) = (Vec::new(), Light::default());
         for stretch in stretches(&film) {
@@ -166,9 +171,8 @@ impl Parts {
         }
         self.files.iter().try_for_each(PartFile::close)?;
         invalid.truncate(INVALID_KEPT);
-        let RenderSettings { width, height, .. } = self.head.scene.render;
         Ok(Sum {
-            paths: self.head.samples_per_pixel() * u64::from(width) * u64::from(height),
+            paths: self.head.samples_per_pixel() * pixels,
             rays,
             error: ErrorEstimate::of(errors),
             invalid: (invalid_count, invalid),

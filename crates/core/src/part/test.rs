@@ -10,7 +10,12 @@ use crate::scene::load;
 
 /// A small view of a shipped scene, as changed by `edit`.
 fn view(edit: impl FnOnce(&mut SceneDesc)) -> View {
-    let source = load(Path::new("builtin:cornell-box.toml")).expect("a shipped scene");
+    view_of("cornell-box", edit)
+}
+
+fn view_of(name: &str, edit: impl FnOnce(&mut SceneDesc)) -> View {
+    let path = format!("builtin:{name}.toml");
+    let source = load(Path::new(&path)).expect("a shipped scene");
     let mut desc = source.desc.clone();
     // More than one tile, not all of them whole; a filter with two strata.
     (desc.render.width, desc.render.height) = (37, 21);
@@ -62,10 +67,17 @@ fn bits(image: &crate::Image) -> Vec<[u32; 3]> {
 
 #[test]
 fn any_split_in_any_order_and_grouping_gives_the_bits_of_one_run() {
-    let (view, folder) = (view(|_| ()), Folder::new());
-    let whole = film(&view, 0..11, 11);
+    // Without and with light that lands in other tiles.
+    for name in ["cornell-box", "glass-sphere"] {
+        any_split_gives_the_bits_of_one_run(&view_of(name, |_| ()));
+    }
+}
+
+fn any_split_gives_the_bits_of_one_run(view: &View) {
+    let folder = Folder::new();
+    let whole = film(view, 0..11, 11);
     let picture = whole.develop();
-    let [a, b, c, d] = [0..1, 1..4, 4..9, 9..11].map(|run| folder.part(&view, run));
+    let [a, b, c, d] = [0..1, 1..4, 4..9, 9..11].map(|run| folder.part(view, run));
     let group = |name: &str, parts: &[&PathBuf]| {
         let parts: Vec<PathBuf> = parts.iter().map(|p| (*p).clone()).collect();
         let path = folder.path(name);
@@ -91,7 +103,7 @@ fn any_split_in_any_order_and_grouping_gives_the_bits_of_one_run() {
     }
     // One part over everything is that of one run, byte for byte but for the seconds.
     let (one, all) = (folder.path("one.part"), group("all.part", &[&bd, &ac]));
-    let head = Head::new(&view, ToneMap::default(), &whole, 6.0);
+    let head = Head::new(view, ToneMap::default(), &whole, 6.0);
     write(&one, &head, &whole).unwrap();
     assert!(std::fs::read(one).unwrap() == std::fs::read(all).unwrap());
 }
@@ -130,21 +142,27 @@ fn invalid_samples_are_kept_with_their_places() {
 
 #[test]
 fn a_film_is_taken_up_where_it_was_left() {
-    let (view, folder) = (view(|_| ()), Folder::new());
+    for name in ["cornell-box", "glass-sphere"] {
+        a_film_of_a_view_is_taken_up(&view_of(name, |_| ()));
+    }
+}
+
+fn a_film_of_a_view_is_taken_up(view: &View) {
+    let folder = Folder::new();
     let path = folder.path("left.part");
-    assert!(resume(&path, &view, 2).unwrap().is_none());
+    assert!(resume(&path, view, 2).unwrap().is_none());
     let left = view.film().starting_at(2);
     // Some tiles are a pass ahead.
     view.render(&left, 5, &AtomicBool::new(false));
     view.render_tiles(&left, 0..3, 7, &AtomicBool::new(false));
-    folder.save(&path, &view, &left);
-    let (taken_up, seconds) = resume(&path, &view, 2).unwrap().expect("a film");
+    folder.save(&path, view, &left);
+    let (taken_up, seconds) = resume(&path, view, 2).unwrap().expect("a film");
     assert_eq!(
         (taken_up.samples(), taken_up.most_samples(), seconds),
         (5, 7, 1.5)
     );
     view.render(&taken_up, 9, &AtomicBool::new(false));
-    let whole = film(&view, 2..9, 7);
+    let whole = film(view, 2..9, 7);
     assert_eq!(bits(&taken_up.develop()), bits(&whole.develop()));
     assert_eq!(taken_up.work(), whole.work());
     // Of no use to others.
@@ -153,7 +171,7 @@ fn a_film_is_taken_up_where_it_was_left() {
         error.contains("left.part: the render is not finished"),
         "{error}"
     );
-    let error = resume(&path, &view, 0).unwrap_err();
+    let error = resume(&path, view, 0).unwrap_err();
     assert!(
         error.contains("samples 2..5 instead of those from 0 on"),
         "{error}"
@@ -173,7 +191,7 @@ fn whatever_changes_the_picture_makes_a_part_foreign() {
         ("filter lanczos:2 instead of lanczos", |d| {
             d.render.filter.radius = 2.0
         }),
-        ("method nee instead of mis", |d| {
+        ("method nee instead of caustics", |d| {
             d.render.method = crate::Method::Nee
         }),
         ("sampler independent instead of sobol", |d| {

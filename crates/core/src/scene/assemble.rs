@@ -4,15 +4,17 @@ use std::collections::HashMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use glam::Vec2;
+use glam::{Vec2, Vec3};
 
 use super::desc::{MaterialDesc, SceneDesc};
 use super::error::SceneError;
 use super::{MeshCache, MirrorSphere, Object, ObjectKind, Scene, builtin, load, place};
+use crate::bsdf::Bsdf;
 use crate::color::luminance;
-use crate::geometry::Primitives;
-use crate::light::Lights;
+use crate::geometry::{Primitive, Primitives};
+use crate::light::{Casters, Lights};
 use crate::material::Material;
+use crate::math::Aabb;
 use crate::shape::{Quad, Sphere};
 use crate::texture::Texture;
 
@@ -187,13 +189,52 @@ pub(super) fn mirror_spheres(scene: &Scene) -> Vec<MirrorSphere> {
         .filter_map(|(prim, sphere)| {
             // Spheres have no texture coordinates.
             let reflectance = scene.material(prim).bsdf(|| Vec2::ZERO).mirror();
-            (reflectance != glam::Vec3::ZERO).then_some(MirrorSphere {
+            (reflectance != Vec3::ZERO).then_some(MirrorSphere {
                 prim,
                 sphere: *sphere,
                 reflectance,
             })
         })
         .collect()
+}
+
+/// Spheres around what mirrors or refracts in each object. None if that is one mirror sphere
+/// alone: all that it does to light but once is to reflect it.
+pub(super) fn casters(scene: &Scene) -> Casters {
+    let is_specular =
+        |material: &Material| !matches!(material.bsdf(Default::default), Bsdf::Diffuse(_));
+    let slots: Vec<bool> = scene.materials().iter().map(is_specular).collect();
+    let primitives = scene.primitives();
+    let mut spheres = Vec::new();
+    let mut ids: Vec<u32> = (0..primitives.len() as u32)
+        .filter(|id| slots[scene.slot(*id) as usize])
+        .collect();
+    ids.sort_by_key(|id| scene.slot(*id));
+    for ids in ids.chunk_by(|a, b| scene.object(*a) == scene.object(*b)) {
+        let bounds = ids.iter().fold(Aabb::EMPTY, |bounds, id| {
+            bounds.union(primitives.bounds(*id))
+        });
+        let center = bounds.center();
+        let reach = |id: &u32| match primitives.get(*id) {
+            Primitive::Triangle(corners) => farthest(center, corners),
+            Primitive::Quad(quad) => farthest(center, quad.corners()),
+            Primitive::Sphere(sphere) => center.distance(sphere.center) + sphere.radius,
+        };
+        // A little more, so that rounding leaves nothing out.
+        let radius = ids.iter().map(reach).fold(0.0, f32::max) * (1.0 + 16.0 * f32::EPSILON);
+        spheres.push(Sphere { center, radius });
+    }
+    if ids.len() == 1 && scene.mirror_spheres().len() == 1 {
+        spheres.clear();
+    }
+    Casters::new(spheres)
+}
+
+fn farthest<const N: usize>(from: Vec3, corners: [Vec3; N]) -> f32 {
+    corners
+        .map(|p| p.distance(from))
+        .into_iter()
+        .fold(0.0, f32::max)
 }
 
 /// The emitting primitives, weighted by power.

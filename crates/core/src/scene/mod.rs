@@ -25,10 +25,10 @@ pub use error::{SceneError, SceneWarning};
 pub use load::{Source, load, parse, save};
 
 use crate::geometry::{Geometry, Hit, Primitives};
-use crate::light::Lights;
+use crate::light::{Casters, Lights};
 use crate::material::Material;
 use crate::math::{Aabb, Ray};
-use crate::settings::AccelKind;
+use crate::settings::{AccelKind, Method};
 use crate::shape::Sphere;
 use obj::ObjMesh;
 
@@ -92,6 +92,7 @@ pub struct Scene {
     material_names: Vec<String>,
     lights: Lights,
     mirror_spheres: Vec<MirrorSphere>,
+    casters: Casters,
     census: Census,
     warnings: Vec<SceneWarning>,
 }
@@ -186,10 +187,12 @@ impl Scene {
             material_names,
             lights,
             mirror_spheres: Vec::new(),
+            casters: Casters::default(),
             census: Census::default(),
             warnings,
         };
         scene.mirror_spheres = assemble::mirror_spheres(&scene);
+        scene.casters = assemble::casters(&scene);
         scene.census = Census::of(&scene);
         if let Some(object) = scene.object_around_camera() {
             let warning = format!(
@@ -282,6 +285,18 @@ impl Scene {
     /// The spheres that mirror on their outsides.
     pub(crate) fn mirror_spheres(&self) -> &[MirrorSphere] {
         &self.mirror_spheres
+    }
+
+    /// The methods that differ in it: light paths are traced only where something casts caustics.
+    pub fn methods(&self) -> impl Iterator<Item = Method> {
+        let casts = !self.casters.is_empty() && !self.lights.is_empty();
+        let all = Method::ALL.iter().copied();
+        all.filter(move |method| casts || *method != Method::Caustics)
+    }
+
+    /// What may throw caustics that are not aimed at by way of mirror spheres.
+    pub(crate) fn casters(&self) -> &Casters {
+        &self.casters
     }
 
     /// What it uses.

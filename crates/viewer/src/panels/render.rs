@@ -17,7 +17,8 @@ pub fn render_ui(ui: &mut Ui, model: &mut Model) {
         depth(ui, settings);
         filter(ui, settings);
         let tip = format!(
-            "How paths find light: naive samples surfaces, nee lights, mis both. {RESTARTS}"
+            "How paths find light: naive samples surfaces, nee lights, mis both; caustics is mis \
+             and traces paths from the lamps by way of mirror and glass. {RESTARTS}"
         );
         choice(ui, "Method", &tip, &mut settings.method, Method::ALL);
         let tip = "How rays find surfaces. Changes the speed only. Builds in the background.";

@@ -231,22 +231,29 @@ impl Picture {
         let start = Instant::now();
         self.draw(tiles.clone(), look);
         self.overhead[1] += start.elapsed();
-        if self.measures {
+        // Splats come to tiles until the pass ends.
+        if self.measures && !self.film.takes_splats() {
             self.measure(tiles);
         }
         if self.next_tile == self.film.tiles() {
-            self.pass_done();
+            self.pass_done(look);
         }
         let snapshot = self.snapshot();
         self.showing = start.elapsed();
         Some(snapshot)
     }
 
-    fn pass_done(&mut self) {
+    fn pass_done(&mut self, look: Look) {
         self.progress.samples = self.film.samples();
+        let all = 0..self.film.tiles();
+        let is_last = self.limits.next(&self.progress).is_err();
+        let is_changed = self.film.takes_splats();
+        if is_last && is_changed {
+            self.draw(all.clone(), look);
+        }
         // The last picture is measured in any case.
-        if !self.measures && self.limits.next(&self.progress).is_err() {
-            self.measure(0..self.film.tiles());
+        if (is_last && !self.measures) || (self.measures && is_changed) {
+            self.measure(all);
             self.measures = true;
         }
         if self.measures {

@@ -45,7 +45,7 @@ fn help_names_every_command_and_option() {
         "--json",
         "naive",
         "nee",
-        "mis",
+        "caustics",
         "kdtree",
         "bvh",
         "brute",

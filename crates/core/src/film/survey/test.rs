@@ -197,6 +197,8 @@ fn paths_that_are_followed_bring_the_same() {
                 plan: view.plan(),
                 method: Method::Mis,
                 depth,
+                camera: &view.camera,
+                margin: 0.5,
             };
             let (never, mut watch) = (AtomicBool::new(false), Stopwatch::start());
             let found = wave.trace(&transport, &never, &mut rays, &mut watch, followed);

@@ -173,10 +173,10 @@ impl Adviser {
     fn try_all(&mut self) -> Result<Trial, String> {
         let own = self.scene.desc().render;
         let mut candidates = Vec::new();
-        for method in Method::ALL {
+        for method in self.scene.methods() {
             for sampler in SamplerKind::ALL {
                 candidates.push(RenderSettings {
-                    method: *method,
+                    method,
                     sampler: *sampler,
                     ..own
                 });

@@ -1,0 +1,297 @@
+//! Caustics: light followed from the lamps by way of mirror and glass to what the camera sees
+//! (Arvo 1986, Backward Ray Tracing).
+//!
+//! A light path leaves a lamp towards something specular ([`crate::light`]), goes on by chance as
+//! camera paths do, and at each diffuse surface is joined to the camera, if that sees it. It
+//! counts only light that has left its lamp by way of mirror or glass; the rest is aimed at from
+//! the camera's side, as is light by way of one mirror sphere. Lamps within glass are left to the
+//! camera paths: they shine as if in air, which from either side means another amount of light.
+//!
+//! Camera paths find the same light by running into it: from the camera to a diffuse surface, and
+//! in the end from a diffuse surface by way of mirror or glass to the lamp. Both count, weighted
+//! by the power heuristic. Of the densities of such a path nearly all is the same from either
+//! end: cosines at diffuse surfaces, distances, the choices at mirror and glass. What is left is,
+//! at the lamp, the density g of the point and the direction over that of a direction by the
+//! cosine; at the first surface, the pixels that its area takes up and the chance of the diffuse
+//! lobe. Light paths thus find it [`Transport::light_share`] · g times as often. (A weight needs
+//! only be the same from both ends; roulette, which is not, is left out of it.)
+
+use std::f32::consts::{FRAC_1_PI, PI};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use glam::Vec3;
+
+use super::vertices::Vertices;
+use super::{AIMED_AT, Path, Transport, is_only, power_heuristic};
+use crate::geometry::{Hit, SurfacePoint};
+use crate::math::{GROUP, Ray};
+use crate::sampler::{Dim, Sampler};
+use crate::simd::{Lanes, Task};
+use crate::work::{Stage, Stopwatch};
+
+/// What is counted as an obstacle between a surface and the camera: everything.
+const NOTHING: u32 = u32::MAX;
+
+/// Light that the camera sees.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Arrival {
+    /// Index of its path.
+    pub index: u32,
+    /// Where in the picture, pixels from the upper left.
+    pub at: [f32; 2],
+    /// Over all pixels and paths the mean of these, times the pixel filter, is radiance.
+    pub radiance: Vec3,
+}
+
+/// An arrival, if nothing stands between.
+#[derive(Clone, Copy, Debug)]
+struct Connection {
+    ray: Ray,
+    arrival: Arrival,
+}
+
+/// Light paths that advance together. Its memory is used again from wave to wave.
+#[derive(Debug, Default)]
+pub(crate) struct LightWave {
+    paths: Vec<Path>,
+    rays: Vec<Ray>,
+    hits: Vec<Option<Hit>>,
+    /// Of each path: the density at the lamp, and the light that it has left it with. Not part
+    /// of the throughput, by which roulette judges a path.
+    emissions: Vec<(f32, Vec3)>,
+    connections: Vec<Connection>,
+    arrivals: Vec<Arrival>,
+    vertices: Vertices,
+}
+
+impl Transport<'_> {
+    /// Whether caustics are traced from the lights.
+    #[inline(always)]
+    pub(crate) fn traces_light(&self) -> bool {
+        self.method == crate::Method::Caustics
+            && !self.scene.lights().is_empty()
+            && !self.scene.casters().is_empty()
+    }
+
+    /// How many light paths come by a diffuse surface that the camera sees for each camera path
+    /// that goes on from there diffusely, with a density of 1 at the lamp; and where it is seen.
+    /// `None` where the camera does not see it. `share` is the chance of the diffuse lobe.
+    #[inline]
+    pub(super) fn light_share(
+        &self,
+        point: &SurfacePoint,
+        n: Vec3,
+        share: f32,
+    ) -> Option<(f32, [f32; 2])> {
+        let (at, pixels) = self.camera.place(point.p, self.margin)?;
+        let cos = n.dot((self.camera.eye() - point.p).normalize());
+        (cos > 0.0).then(|| (self.camera.pixels() / (share * pixels * cos), at))
+    }
+
+    /// The density g, per unit of area, with which light leaves a point of a lamp in some direction.
+    #[inline]
+    pub(super) fn emission_pdf(&self, prim: u32, point: &SurfacePoint, dir: Vec3) -> f32 {
+        let area_pdf = self.scene.lights().area_pdf(prim);
+        let pdf = self.scene.casters().pdf(point, dir);
+        area_pdf * pdf * PI / dir.dot(point.n)
+    }
+}
+
+impl LightWave {
+    /// Forgets all paths.
+    pub fn clear(&mut self) {
+        self.paths.clear();
+        self.rays.clear();
+        self.emissions.clear();
+        self.arrivals.clear();
+    }
+
+    /// Adds a path. Paths are numbered in the order in which they are added.
+    #[inline]
+    pub fn push(&mut self, transport: &Transport<'_>, sampler: Sampler) {
+        let index = self.emissions.len() as u32;
+        self.emissions.push((0.0, Vec3::ZERO));
+        let scene = transport.scene;
+        let Some((light, from, _)) = scene.lights().sample_area(
+            || sampler.get_1d(Dim::LightPick(0)),
+            || sampler.get_2d(Dim::LightPoint(0)),
+        ) else {
+            return;
+        };
+        let Some((dir, direction_pdf)) = scene.casters().sample(
+            &from,
+            || sampler.get_1d(Dim::ReflectionPick(0)),
+            || sampler.get_2d(Dim::ReflectionPoint(0)),
+        ) else {
+            return;
+        };
+        let pdf = transport.emission_pdf(light, &from, dir);
+        self.emissions[index as usize] = (pdf, scene.material(light).emission * (PI / pdf));
+        self.paths.push(Path {
+            sampler,
+            throughput: Vec3::ONE,
+            direction_pdf,
+            index,
+        });
+        self.rays.push(Ray::new(from.leave(dir), dir));
+    }
+
+    /// Follows all paths to their ends, at most as far as the depth allows, and returns what
+    /// arrives at the camera; `rays` counts the rays cast. `None` if `cancel` was set meanwhile.
+    pub fn trace(
+        &mut self,
+        transport: &Transport<'_>,
+        cancel: &AtomicBool,
+        rays: &mut u64,
+        watch: &mut Stopwatch,
+    ) -> Option<&[Arrival]> {
+        let scene = transport.scene;
+        // The last segment is the one to the camera.
+        for bounce in 0..transport.depth.saturating_sub(1) {
+            if self.paths.is_empty() {
+                break;
+            }
+            if cancel.load(Ordering::Relaxed) {
+                return None;
+            }
+            *rays += self.rays.len() as u64;
+            scene.intersect_all(&self.rays, &mut self.hits);
+            watch.lap(Stage::Traversal);
+            scene.geometry().kernel().run(Shade {
+                wave: self,
+                transport,
+                bounce,
+            });
+            watch.lap(Stage::Shading);
+            *rays += self.connections.len() as u64;
+            let (connections, arrivals) = (&self.connections, &mut self.arrivals);
+            scene.geometry().occluded_many(
+                connections.len(),
+                |i| (connections[i].ray, NOTHING),
+                |i, shaded| {
+                    if !shaded {
+                        arrivals.push(connections[i].arrival);
+                    }
+                },
+            );
+            watch.lap(Stage::ShadowRays);
+        }
+        Some(&self.arrivals)
+    }
+
+    #[inline(always)]
+    fn shade_all(&mut self, transport: &Transport<'_>, bounce: u32) {
+        let scene = transport.scene;
+        // What has left the lamp by way of the outside of one mirror sphere is marked AIMED_AT.
+        let by_mirror_sphere = bounce == 0 && !scene.mirror_spheres().is_empty();
+        let is_last = bounce + 2 >= transport.depth;
+        self.connections.clear();
+        let mut kept = 0;
+        for first in (0..self.paths.len()).step_by(GROUP) {
+            self.meet(transport, first);
+            if bounce > 0 {
+                self.connect(transport);
+            }
+            if is_last {
+                continue;
+            }
+            let vertices = &mut self.vertices;
+            vertices.scatter(transport, bounce, by_mirror_sphere);
+            for lane in 0..vertices.count {
+                let pdf = vertices.direction_pdf[lane];
+                let is_ours = match bounce {
+                    0 => is_only(pdf) && !vertices.came_through_glass(lane),
+                    1 => pdf > 0.0 && (is_only(pdf) || vertices.arriving_pdf[lane] != AIMED_AT),
+                    _ => pdf > 0.0,
+                };
+                if is_ours {
+                    self.paths[kept] = vertices.path(lane);
+                    self.rays[kept] = vertices.ray(lane);
+                    kept += 1;
+                }
+            }
+        }
+        self.paths.truncate(kept);
+        self.rays.truncate(kept);
+    }
+
+    /// Gathers the vertices of the paths from `first` on, as many as make a group.
+    #[inline(always)]
+    fn meet(&mut self, transport: &Transport<'_>, first: usize) {
+        let primitives = transport.scene.primitives();
+        let end = (first + GROUP).min(self.paths.len());
+        let (paths, rays) = (&self.paths[first..end], &self.rays[first..end]);
+        let vertices = &mut self.vertices;
+        vertices.clear();
+        for (i, hit) in self.hits[first..end].iter().enumerate() {
+            if let Some(hit) = hit {
+                vertices.push(i, &paths[i], &rays[i], primitives.place(&rays[i], hit));
+            }
+        }
+        vertices.locate();
+        for lane in 0..vertices.count {
+            let i = vertices.source(lane);
+            if let Some(hit) = &self.hits[first + i] {
+                let point = vertices.points.get(lane);
+                let front = rays[i].dir.dot(point.n) < 0.0;
+                let n = if front { point.n } else { -point.n };
+                let material = transport.scene.material(hit.prim);
+                let bsdf = material.bsdf(|| primitives.uv(hit));
+                vertices.set_surface(lane, hit.prim, n, front, bsdf);
+            }
+        }
+    }
+
+    /// Joins the diffuse surfaces of the vertices to the camera.
+    #[inline(always)]
+    fn connect(&mut self, transport: &Transport<'_>) {
+        let vertices = &self.vertices;
+        for lane in 0..vertices.count {
+            let diffuse = vertices.diffuse.get(lane);
+            if diffuse == Vec3::ZERO || vertices.arriving_pdf[lane] == AIMED_AT {
+                continue;
+            }
+            let (point, n) = (vertices.points.get(lane), vertices.n.get(lane));
+            let diffuse_share = vertices.diffuse_share[lane];
+            let Some((share, at)) = transport.light_share(&point, n, diffuse_share) else {
+                continue;
+            };
+            let index = vertices.indices[lane];
+            let (pdf, light) = self.emissions[index as usize];
+            let weight = power_heuristic(share * pdf, 1.0) / (share * diffuse_share);
+            let eye = transport.camera.eye();
+            let origin = point.leave(eye - point.p);
+            let way = eye - origin;
+            let distance = way.length();
+            let f = diffuse * FRAC_1_PI;
+            self.connections.push(Connection {
+                ray: Ray {
+                    origin,
+                    dir: way / distance,
+                    t_max: distance,
+                },
+                arrival: Arrival {
+                    index,
+                    at,
+                    radiance: vertices.throughput.get(lane) * f * light * weight,
+                },
+            });
+        }
+    }
+}
+
+/// [`LightWave::shade_all`] for a kernel.
+struct Shade<'a, 'b> {
+    wave: &'a mut LightWave,
+    transport: &'a Transport<'b>,
+    bounce: u32,
+}
+
+impl Task for Shade<'_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) {
+        self.wave.shade_all(self.transport, self.bounce);
+    }
+}
