@@ -38,6 +38,8 @@ pub enum Command {
     Render(Box<RenderArgs>),
     /// Add up parts written by `render --part`: the bits of one run over all their samples
     Merge(MergeArgs),
+    /// Render in slices on a Slurm cluster: write the scripts and submit them
+    Submit(Box<SubmitArgs>),
     /// Show what a scene holds and what it costs
     Info(InfoArgs),
     /// Measure how far a picture is from a reference
@@ -97,6 +99,66 @@ pub struct RenderArgs {
     #[arg(long, value_name = "R", value_parser = positive, allow_negative_numbers = true, help_heading = STOP)]
     pub noise: Option<f64>,
 
+    /// What to render otherwise than the scene wants.
+    #[command(flatten)]
+    pub settings: SettingsArgs,
+
+    /// Write the sums of the samples, for `lightbox merge`, instead of a picture
+    #[arg(long, requires = "output", help_heading = SLICES)]
+    pub part: bool,
+    /// Render only the samples from index A up to B, without B
+    #[arg(long, value_name = "A..B", value_parser = samples, requires = "part",
+          conflicts_with_all = ["spp", "seconds", "noise"], help_heading = SLICES)]
+    pub samples: Option<Range<u64>>,
+    /// Save the samples to this *.part now and then; if it is there already, go on from it
+    #[arg(long, value_name = "FILE", help_heading = SLICES)]
+    pub checkpoint: Option<PathBuf>,
+    /// Seconds between two saves to the checkpoint [default: 60]
+    #[arg(long, value_name = "S", value_parser = positive, requires = "checkpoint", help_heading = SLICES)]
+    pub every: Option<f64>,
+
+    /// Worker threads; the picture does not depend on them [default: all]
+    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..), allow_negative_numbers = true)]
+    pub threads: Option<u16>,
+    /// Print one JSON object
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `lightbox submit`.
+#[derive(Debug, clap::Args)]
+#[command(after_help = builtin_scenes())]
+pub struct SubmitArgs {
+    /// A .toml scene, an .obj mesh, a picture or part saved by lightbox, or a built-in scene
+    pub scene: PathBuf,
+    /// Picture that the jobs make: *.png or *.exr; scripts, parts and logs go into *.slices beside it
+    #[arg(short, long, value_name = "FILE")]
+    pub output: PathBuf,
+    /// Samples per pixel, of all slices together [default: the scene's]
+    #[arg(long, value_name = "N", value_parser = count, allow_negative_numbers = true)]
+    pub spp: Option<u64>,
+    /// Slices of the samples, each a task of the job array
+    #[arg(long, value_name = "K", value_parser = count, allow_negative_numbers = true)]
+    pub slices: u64,
+    /// Worker threads, and CPUs to ask for, of each slice
+    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..), default_value_t = 1,
+          allow_negative_numbers = true)]
+    pub threads: u16,
+    /// Seconds between two saves of a slice: what the loss of a node may cost [default: 60]
+    #[arg(long, value_name = "S", value_parser = positive, allow_negative_numbers = true)]
+    pub every: Option<f64>,
+    /// Print the scripts; write and submit nothing
+    #[arg(long)]
+    pub dry_run: bool,
+
+    /// What to render otherwise than the scene wants.
+    #[command(flatten)]
+    pub settings: SettingsArgs,
+}
+
+/// What to render otherwise than the scene wants.
+#[derive(Debug, clap::Args)]
+pub struct SettingsArgs {
     /// Width and height in pixels
     #[arg(long, value_name = "WxH", value_parser = size, help_heading = SETTINGS)]
     pub size: Option<[u32; 2]>,
@@ -141,27 +203,6 @@ pub struct RenderArgs {
     /// Tone curve of a PNG [default: linear, or a saved picture's]
     #[arg(long, value_name = "T", value_parser = named(&ToneCurve::ALL, ToneCurve::name), help_heading = PNG)]
     pub tone: Option<ToneCurve>,
-
-    /// Write the sums of the samples, for `lightbox merge`, instead of a picture
-    #[arg(long, requires = "output", help_heading = SLICES)]
-    pub part: bool,
-    /// Render only the samples from index A up to B, without B
-    #[arg(long, value_name = "A..B", value_parser = samples, requires = "part",
-          conflicts_with_all = ["spp", "seconds", "noise"], help_heading = SLICES)]
-    pub samples: Option<Range<u64>>,
-    /// Save the samples to this *.part now and then; if it is there already, go on from it
-    #[arg(long, value_name = "FILE", help_heading = SLICES)]
-    pub checkpoint: Option<PathBuf>,
-    /// Seconds between two saves to the checkpoint [default: 60]
-    #[arg(long, value_name = "S", value_parser = positive, requires = "checkpoint", help_heading = SLICES)]
-    pub every: Option<f64>,
-
-    /// Worker threads; the picture does not depend on them [default: all]
-    #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..), allow_negative_numbers = true)]
-    pub threads: Option<u16>,
-    /// Print one JSON object
-    #[arg(long)]
-    pub json: bool,
 }
 
 /// Arguments of `lightbox merge`.
@@ -302,13 +343,13 @@ fn misplaced(words: &[String], kind: ErrorKind) -> Option<String> {
     }
 }
 
-impl RenderArgs {
+impl SettingsArgs {
     /// Puts what was asked for in place of what the scene wants; the error is one line.
-    pub fn apply(&self, desc: &mut SceneDesc) -> Result<(), String> {
+    pub fn apply(&self, spp: Option<u64>, desc: &mut SceneDesc) -> Result<(), String> {
         let (render, camera) = (&mut desc.render, &mut desc.camera);
         let scene_render = *render;
         [render.width, render.height] = self.size.unwrap_or([render.width, render.height]);
-        render.samples = self.spp.unwrap_or(render.samples);
+        render.samples = spp.unwrap_or(render.samples);
         render.depth = self.depth.unwrap_or(render.depth);
         render.filter = self.filter.unwrap_or(render.filter);
         render.method = self.method.unwrap_or(render.method);

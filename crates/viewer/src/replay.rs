@@ -12,7 +12,10 @@ use lightbox_core::settings::UNLIMITED;
 /// lacks is where to write it. `scene` is the file with the scene in it: after edits to materials
 /// or shapes, a saved picture.
 pub fn line(scene: &Path, desc: &SceneDesc, samples: u64) -> String {
-    with_samples(scene, desc, &format!("--spp {samples}"))
+    format!(
+        "lightbox {}",
+        words(scene, desc, &format!("--spp {samples}"))
+    )
 }
 
 /// [`line()`] for somebody to paste: with a picture named after the scene to write to.
@@ -24,10 +27,12 @@ pub fn command(scene: &Path, desc: &SceneDesc, samples: u64) -> String {
 
 /// The command that makes a part with these samples again.
 pub fn slice(scene: &Path, desc: &SceneDesc, samples: Range<u64>) -> String {
-    with_samples(scene, desc, &format!("--part --samples {samples:?}"))
+    let samples = format!("--part --samples {samples:?}");
+    format!("lightbox {}", words(scene, desc, &samples))
 }
 
-fn with_samples(scene: &Path, desc: &SceneDesc, samples: &str) -> String {
+/// What follows the program's name; `samples` is the options that say which samples.
+pub fn words(scene: &Path, desc: &SceneDesc, samples: &str) -> String {
     let (r, c) = (&desc.render, &desc.camera);
     // Rust writes floats with as many digits as it takes to read the same bits back.
     let point = |v: Vec3| format!("{},{},{}", v.x, v.y, v.z);
@@ -37,7 +42,7 @@ fn with_samples(scene: &Path, desc: &SceneDesc, samples: &str) -> String {
         r.depth.to_string()
     };
     format!(
-        "lightbox render {} --size {}x{} {samples} --depth {depth} --filter {} --method {} --accel {} \
+        "render {} --size {}x{} {samples} --depth {depth} --filter {} --method {} --accel {} \
          --sampler {} --seed {} --eye={} --target={} --up={} --fov={}",
         quoted(&scene.display().to_string()),
         r.width,
@@ -63,7 +68,7 @@ pub fn tone_options(tone: ToneMap) -> String {
 }
 
 /// One word of a POSIX shell.
-fn quoted(word: &str) -> String {
+pub fn quoted(word: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-./:,+=@%".contains(c);
     if !word.is_empty() && word.chars().all(is_plain) {
         return word.to_owned();

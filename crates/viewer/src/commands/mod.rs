@@ -9,6 +9,7 @@ pub mod lab;
 pub mod merge;
 pub mod race;
 pub mod render;
+pub mod submit;
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -49,6 +50,7 @@ impl Outcome {
 pub fn run(command: &Command) -> Result<Outcome, String> {
     match command {
         Command::Render(args) => render::run(args),
+        Command::Submit(args) => submit::run(args).map(Outcome::done),
         Command::Merge(args) => merge::run(args).map(Outcome::done),
         Command::Info(args) => info::run(args).map(Outcome::done),
         Command::Compare(args) => compare::run(args).map(Outcome::done),

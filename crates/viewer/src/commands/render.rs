@@ -119,10 +119,14 @@ fn render(args: &RenderArgs) -> Result<Outcome, String> {
         tone,
         load_seconds,
         build_seconds,
-    } = open(&args.scene, |desc| args.apply(desc), &announce)?;
+    } = open(
+        &args.scene,
+        |desc| args.settings.apply(args.spp, desc),
+        &announce,
+    )?;
     bar.suspend(|| print_warnings(&scene));
 
-    let tone = args.tone_map(tone);
+    let tone = args.settings.tone_map(tone);
     let view = View::of(scene.clone())?;
     let first = args.samples.as_ref().map_or(0, |samples| samples.start);
     let resumed = match &args.checkpoint {

@@ -10,6 +10,8 @@ mod race;
 mod refusals;
 mod reports;
 mod stops;
+#[cfg(unix)]
+mod submit;
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
