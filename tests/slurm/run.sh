@@ -124,7 +124,7 @@ killed_node() {
     until_true 60 running
     part=${out%.exr}.slices/parts/$slice.part
     # Something to go on from: the part's head tells which samples every pixel has.
-    held() { [[ $(grep -am1 '^samples = ' "$part") =~ \[\[([0-9]+),\ ([0-9]+)\] ]] && ((BASH_REMATCH[1] < BASH_REMATCH[2])); }
+    held() { [[ $(grep -am1 '^samples = ' "$part") =~ \[\[([0-9]+),\ ([0-9]+)\] ]] && ((BASH_REMATCH[2] - BASH_REMATCH[1] >= 4)); }
     until_true 60 held
     # The node is lost with all that runs on it: its daemon, the step, the render.
     job=$({ grep -lszxF "SLURMD_NODENAME=$node" $(ours | sed 's|.*|/proc/&/environ|') || true; } | cut -d/ -f3)
@@ -144,6 +144,20 @@ killed_node() {
         grep -q "^kernel $kernel\$" "$log"/*.log || die "no slice was rendered by $kernel"
     done
     cmp "$out" "$home/local.exr" || die "the picture is not that of one run"
+
+    # Once more, with a part cut short: its slice fails, and the merge ends too instead of waiting for ever.
+    rm "$out"
+    truncate -s -1 "$part"
+    submit "$out" "${scene[@]}" --slices 6 --every 0.5
+    until_true 120 gone "$array"
+    until_true 120 gone "$merge"
+    [ ! -e "$out" ] || die "a part cut short was merged"
+    # Without it, the same words render its slice, and nothing else.
+    rm "$part"
+    submit "$out" "${scene[@]}" --slices 6 --every 0.5
+    until_true 600 gone "$array"
+    until_true 60 gone "$merge"
+    cmp "$out" "$home/local.exr" || die "the picture is not that of one run"
     say "ok: $node killed, slice $slice requeued, three kinds of node, the file of one run"
 }
 
@@ -152,8 +166,8 @@ now() { echo "${EPOCHREALTIME/,/.}"; }
 
 scaling() {
     local slices out begun ended
-    local -a scene=(glass-sphere --size 256x256 --spp 192)
-    echo "slices  first start to picture, s  rendering, s: sum  longest"
+    local -a scene=(glass-sphere --size 256x256 --spp 96)
+    echo "slices  submission to picture, s  rendering, s: sum  longest"
     for slices in 1 2 3 6; do
         out=$home/shared/$slices.exr
         begun=$(now)
@@ -165,7 +179,7 @@ scaling() {
         sed -n 's/.* spp in \([0-9.]*\) s .*/\1/p' "${out%.exr}".slices/logs/[0-9]*.log | awk \
             -v slices="$slices" -v begun="$begun" -v ended="$ended" \
             '{ sum += $1; if ($1 > most) most = $1 }
-            END { printf "%6d  %26.1f  %17.1f  %7.1f\n", slices, ended - begun, sum, most }'
+            END { printf "%6d  %24.1f  %17.1f  %7.1f\n", slices, ended - begun, sum, most }'
     done
     overhead
 }

@@ -10,14 +10,14 @@ use lightbox_core::part::read_head;
 
 use crate::{Folder, TRIANGLE, lightbox, ok, stderr, stdout};
 
-/// Submits where the programs are those in `path`.
-fn submit(path: &Path, scene: &str, options: &str, output: &Path) -> Output {
+/// Submits from a folder, and with the programs that are in it.
+fn submit(folder: &Folder, scene: &str, options: &str, output: &str) -> Output {
     lightbox()
         .args(["submit", scene])
         .args(options.split_whitespace())
-        .arg("-o")
-        .arg(output)
-        .env("PATH", path)
+        .args(["-o", output])
+        .current_dir(folder.0.path())
+        .env("PATH", folder.0.path())
         .output()
         .expect("the binary starts")
 }
@@ -57,10 +57,10 @@ fn sbatch(folder: &Folder, answer: &str) {
 fn the_scripts_make_the_file_of_one_run() {
     let folder = Folder::new();
     // Whatever a shell, and sbatch, would make something of.
-    let odd = folder.path("it's 50% \"of\" $HOME; #1 \\x");
-    fs::create_dir(&odd).unwrap();
-    let mesh = odd.join("a mesh's.obj");
-    fs::write(&mesh, TRIANGLE).unwrap();
+    let odd = "it's 50% \"of\" $HOME; #1 \\x";
+    fs::create_dir(folder.path(odd)).unwrap();
+    let mesh = format!("{odd}/a mesh's.obj");
+    folder.write(&mesh, TRIANGLE);
     let saved = folder.path("saved.png");
     let tone = "--exposure=-1.5 --tone filmic";
     let words = format!("render cornell-box --size 16x12 --spp 1 {tone} -o");
@@ -69,7 +69,7 @@ fn the_scripts_make_the_file_of_one_run() {
                     --sampler independent --full-model --eye=1,2,5 --target=0.1,0.2,-0.3 --up=0,1,0.1 \
                     --fov 50";
     for (i, (scene, options)) in [
-        (mesh.to_str().unwrap(), format!("{settings} {tone}")),
+        (mesh.as_str(), format!("{settings} {tone}")),
         ("cornell-box", "--size 16x12".to_owned()),
         // The part of a saved picture has its tone, unless told otherwise.
         (
@@ -82,14 +82,15 @@ fn the_scripts_make_the_file_of_one_run() {
     .enumerate()
     {
         for kind in ["png", "exr"] {
-            let output = odd.join(format!("{i} {kind}.{kind}"));
+            let output = format!("{odd}/{i} {kind}.{kind}");
             let slices = format!("{options} --spp 8 --slices 3");
-            let submitted = submit(folder.0.path(), scene, &slices, &output);
+            let submitted = submit(&folder, scene, &slices, &output);
             let error = refusal(&submitted);
             assert!(
                 error.contains("there is no sbatch here; by hand") && error.contains("afterok"),
                 "{error}"
             );
+            let output = folder.path(&output);
             let jobs = output.with_extension("slices");
             let array = jobs.join("array.sbatch");
             for slice in [2, 0, 1] {
@@ -105,8 +106,13 @@ fn the_scripts_make_the_file_of_one_run() {
             bash(&jobs.join("merge.sbatch"), 0);
             let whole = folder.path(&format!("whole.{kind}"));
             let words = format!("render {options} --spp 8 -o");
+            // A picture's text names its scene.
+            let scene = match scene {
+                "cornell-box" => scene.to_owned(),
+                file => folder.path(file).to_str().unwrap().to_owned(),
+            };
             let words = words.split_whitespace();
-            ok(words.chain([whole.to_str().unwrap(), scene]));
+            ok(words.chain([whole.to_str().unwrap(), &scene]));
             assert!(
                 fs::read(&output).unwrap() == fs::read(&whole).unwrap(),
                 "{kind} of {scene} {options}"
@@ -119,16 +125,11 @@ fn the_scripts_make_the_file_of_one_run() {
 fn a_dry_run_prints_the_scripts_and_leaves_nothing() {
     let folder = Folder::new();
     let options = "--dry-run --slices 3 --spp 8 --threads 2 --every 5";
-    let printed = submit(
-        folder.0.path(),
-        "cornell-box",
-        options,
-        &folder.path("a b.png"),
-    );
+    let printed = submit(&folder, "cornell-box", options, "a 50%.png");
     assert_eq!(printed.status.code(), Some(0), "{}", stderr(&printed));
     let printed = stdout(&printed);
     for line in [
-        "#SBATCH --job-name='a b'",
+        "#SBATCH --job-name='a 50%'",
         "#SBATCH --array=0-2",
         "#SBATCH --cpus-per-task=2",
         "#SBATCH --requeue",
@@ -138,12 +139,16 @@ fn a_dry_run_prints_the_scripts_and_leaves_nothing() {
     ] {
         assert!(printed.lines().any(|l| l == line), "{line}: {printed}");
     }
-    let home = folder.path("a b.slices");
+    let home = folder.path("a 50%.slices");
     let home = home.to_str().unwrap();
     for words in [
         format!("# {home}/array.sbatch\n#!/bin/bash\n"),
         format!("# {home}/merge.sbatch\n#!/bin/bash\n"),
-        format!("#SBATCH --output='{home}/logs/%a.log'\n"),
+        // To sbatch, % begins a pattern.
+        format!(
+            "#SBATCH --output='{}/logs/%a.log'\n",
+            home.replace('%', "%%")
+        ),
         " --every 5 \\\n".to_owned(),
     ] {
         assert!(printed.contains(&words), "{words}: {printed}");
@@ -158,9 +163,8 @@ fn the_merge_waits_for_the_array_and_the_report_tells_both_jobs() {
         &folder,
         "case $* in *merge.sbatch) echo 42;; *) echo '41;cluster';; esac",
     );
-    let output = folder.path("a.exr");
     let options = "--size 8x8 --slices 2 --spp 5";
-    let done = submit(folder.0.path(), "cornell-box", options, &output);
+    let done = submit(&folder, "cornell-box", options, "a.exr");
     assert_eq!(done.status.code(), Some(0), "{}", stderr(&done));
     let home = folder.path("a.slices");
     let home = home.to_str().unwrap();
@@ -181,11 +185,11 @@ fn the_merge_waits_for_the_array_and_the_report_tells_both_jobs() {
         assert!(report.contains(words), "{words}: {report}");
     }
     // Again: the same scripts, and what is rendered is kept; not so an edited one.
-    let again = submit(folder.0.path(), "cornell-box", options, &output);
+    let again = submit(&folder, "cornell-box", options, "a.exr");
     assert_eq!(again.status.code(), Some(0), "{}", stderr(&again));
     let array = folder.path("a.slices/array.sbatch");
     fs::write(&array, "#SBATCH --time=5\n").unwrap();
-    let error = refusal(&submit(folder.0.path(), "cornell-box", options, &output));
+    let error = refusal(&submit(&folder, "cornell-box", options, "a.exr"));
     assert!(
         error.contains("array.sbatch: is of another picture, or edited"),
         "{error}"
@@ -213,8 +217,7 @@ fn what_sbatch_refuses_is_told_in_its_words() {
         let folder = Folder::new();
         sbatch(&folder, answer);
         let options = "--size 8x8 --slices 2 --spp 5";
-        let output = folder.path("a.exr");
-        let error = refusal(&submit(folder.0.path(), "cornell-box", options, &output));
+        let error = refusal(&submit(&folder, "cornell-box", options, "a.exr"));
         for words in expected {
             assert!(error.contains(words), "{words}: {error}");
         }
@@ -263,8 +266,7 @@ fn what_cannot_be_is_refused_before_anything_is_written() {
             "eye and target are the same point",
         ),
     ] {
-        let output = folder.path(output);
-        let error = refusal(&submit(folder.0.path(), scene, options, &output));
+        let error = refusal(&submit(&folder, scene, options, output));
         assert!(error.contains(expected), "{expected}: {error}");
     }
     for (options, expected) in [
@@ -273,8 +275,7 @@ fn what_cannot_be_is_refused_before_anything_is_written() {
         ("--slices 2 --threads 0", "--threads"),
         ("--slices 2 --every 0", "positive"),
     ] {
-        let output = folder.path("a.png");
-        let result = submit(folder.0.path(), "no-such", options, &output);
+        let result = submit(&folder, "no-such", options, "a.png");
         assert_eq!(result.status.code(), Some(2), "{options}");
         assert!(stderr(&result).contains(expected), "{}", stderr(&result));
     }
