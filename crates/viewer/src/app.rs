@@ -143,7 +143,7 @@ impl App {
         &self.model
     }
 
-    /// Writes the picture, or the scene as a *.toml, to a file, in the background.
+    /// Writes the picture, the scene as a *.toml, or the samples as a *.part, in the background.
     pub fn save(&self, path: PathBuf) {
         self.session.save(path);
     }
@@ -188,6 +188,7 @@ impl App {
             }
             Action::SavePng => self.ask_where_to_save(ctx, "png", status),
             Action::SaveExr => self.ask_where_to_save(ctx, "exr", status),
+            Action::SaveSamples => self.ask_where_to_save(ctx, "part", status),
             Action::Pause
                 if !self.race.is_running()
                     && matches!(status.activity, Activity::Rendering | Activity::Paused) =>

@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 /// An answer that comes sooner than this was not given by a person.
 const TOO_SOON: Duration = Duration::from_millis(150);
 
-/// Extensions of files that can be opened: scenes, meshes, saved pictures.
-pub const OPENS: [&str; 4] = ["toml", "obj", "png", "exr"];
+/// Extensions of files that can be opened: scenes, meshes, saved pictures, kept samples.
+pub const OPENS: [&str; 5] = ["toml", "obj", "png", "exr", "part"];
 
 /// How a dialog ended.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -49,6 +49,8 @@ pub enum Action {
     Redo,
     /// Save the scene with every edit.
     SaveScene,
+    /// Keep the samples in a file.
+    SaveSamples,
     /// Close a window over the picture, or select nothing.
     Escape,
     /// Close the window.
@@ -86,6 +88,12 @@ pub const KEYS: &[(Modifiers, Key, Action, &str)] = &[
         Key::T,
         Action::SaveScene,
         "save the scene with every edit (TOML)",
+    ),
+    (
+        COMMAND.plus(SHIFT),
+        Key::P,
+        Action::SaveSamples,
+        "keep the samples in a file that the render can go on from (.part)",
     ),
     (
         PLAIN,

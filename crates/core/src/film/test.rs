@@ -73,3 +73,48 @@ fn errors_of_pixels_are_pooled_over_neighbours() {
         film.error().unwrap().rel_mse
     );
 }
+
+/// Light for other tiles: the mean over all light paths, the same in any order, apart by half;
+/// what is no radiance is counted where it came from.
+#[test]
+fn splats_land_in_any_order() {
+    let pixels = f64::from(20 * 3);
+    let splat = |pixel, half, radiance| Splat {
+        pixel,
+        half,
+        radiance: Vec3::splat(radiance),
+    };
+    let merged = |order: [usize; 2]| {
+        let film = Film::new(20, 3, &FilterSampler::new(Filter::default())).with_splats();
+        for tile in order {
+            let (mut batch, _) = film.batch(tile);
+            let TileRect { width, height, .. } = batch.rect;
+            for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
+                for sample in 0..2 {
+                    batch.add([x, y], sample, 0, Vec3::ONE);
+                }
+            }
+            batch.add_splat([1, 0], 0, splat([17, 1], 0, 3.0 + tile as f32));
+            batch.add_splat([1, 0], 1, splat([17, 1], 1, -0.25));
+            batch.add_splat([1, 0], 1, splat([2, 2], 1, f32::NAN));
+            assert!(film.merge(tile, &batch, 0, 2));
+        }
+        film
+    };
+    let film = merged([0, 1]);
+    let image = film.develop();
+    assert!(image == merged([1, 0]).develop() && image == film.clone().develop());
+    let at = |x: u32, y: u32| image.pixels[(y * 20 + x) as usize].x;
+    // Two light paths for each pixel.
+    assert_eq!((at(17, 1), at(2, 2)), (1.0 + 6.5 / 2.0, 1.0));
+    let (count, kept) = film.invalid();
+    assert_eq!(count, 2);
+    assert!(kept.iter().all(|i| i.sample == 1 && i.pixel[1] == 0));
+    // Halves of 8 and 0.5, among neighbours of 1.
+    let error = film.error().unwrap();
+    let square = (7.5f64 / 2.0).powi(2) / 1.01;
+    assert!(
+        (error.rel_mse * pixels / square - 1.0).abs() < 1e-3,
+        "{error:?}"
+    );
+}

@@ -9,7 +9,7 @@ use crate::color::ToneMap;
 use crate::image_io;
 use crate::lab::trial::{bits, picture, scene, view};
 use crate::scene::{BUILTIN, Source};
-use crate::{Image, Scene, View};
+use crate::{Image, SamplerKind, Scene, View};
 
 /// A shipped scene by its path.
 fn read(path: &str) -> Arc<Scene> {
@@ -321,4 +321,20 @@ fn unused_materials_do_not_count() {
         "[[material]]\nname = 'unused'\nglass = 1.5\n[[material]]\nname = 'used'\n[[sphere]]\nmaterial = 'used'\ncenter = [0, 0, -3]\nradius = 1\n",
     );
     assert_eq!(scene.census().materials.specular(), 0);
+}
+
+/// What one method does without, another may need.
+#[test]
+fn each_method_has_its_own_plan() {
+    let settings = |method| {
+        view(&shipped("cornell-box"), |s| {
+            (s.width, s.height, s.samples) = (40, 24, 4);
+            (s.method, s.depth) = (method, 2);
+        })
+    };
+    let (direct, mis) = (settings(Method::Nee), settings(Method::Mis));
+    assert!(left_out(&direct).contains(&Part::LastSegment));
+    let found = direct.found_by(Method::Mis, SamplerKind::Sobol);
+    assert_eq!(left_out(&found), left_out(&mis));
+    assert!(bits(&picture(&found)) == bits(&picture(&mis)));
 }

@@ -1,20 +1,23 @@
 //! The engine thread: takes the newest wishes, renders, publishes.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, PoisonError};
 
 use lightbox_core::image_io::tone_mapped;
+use lightbox_core::part;
 use lightbox_core::scene::Source;
 use lightbox_core::{RenderSettings, Scene, SceneDesc, View};
 use rayon::ThreadPool;
 
 use super::budget::{Budget, Outlook};
 use super::history::{History, Moment};
+use super::keeper::{Keeper, Taken};
 use super::look::Look;
 use super::picture::Picture;
 use super::preview::Governor;
-use super::{Activity, Inbox, Loaded, Reference, Referring, Shared, Shown, Snapshot, lock};
+use super::{Activity, Inbox, Kept, Loaded, Reference, Referring, Shared, Shown, Snapshot, lock};
 use crate::savings::{Savings, Trial};
 
 struct Engine<'a> {
@@ -46,6 +49,8 @@ struct Engine<'a> {
     /// Measures what the plan saves.
     trial: Option<Trial>,
     savings: Option<Savings>,
+    /// Keeps the samples in a file.
+    keeper: Option<Keeper>,
 }
 
 /// Serves a session until it ends.
@@ -72,6 +77,7 @@ pub(super) fn run(shared: &Arc<Shared>, pool: &ThreadPool) {
         opening: [0.0; 2],
         trial: None,
         savings: None,
+        keeper: None,
     };
     while let Some(inbox) = engine.next_messages() {
         // A defect must cost one picture, not the window.
@@ -86,6 +92,9 @@ pub(super) fn run(shared: &Arc<Shared>, pool: &ThreadPool) {
                 true,
             );
         }
+    }
+    if let (Some(keeper), Some(picture)) = (engine.keeper, &engine.picture) {
+        keeper.close(shared, picture.progress.seconds);
     }
 }
 
@@ -152,6 +161,60 @@ impl Engine<'_> {
         }
         if inbox.measure_plan {
             self.measure_plan();
+        }
+        if let Some(path) = inbox.keep {
+            self.keep(path);
+        }
+        if let Some(kept) = inbox.kept {
+            self.kept(kept);
+        }
+    }
+
+    /// Keeps the samples of the picture in a file from now on.
+    fn keep(&mut self, path: PathBuf) {
+        let checked = part::check_writable(&path).and_then(|()| match &self.picture {
+            Some(picture) if picture.film.samples() > 0 => Ok(picture),
+            _ => Err("there are no samples to save yet".into()),
+        });
+        match checked {
+            Ok(picture) => {
+                if let Some(before) = self.keeper.take() {
+                    before.close(self.shared, picture.progress.seconds);
+                }
+                let (view, film, tone) = (&picture.view, picture.film.clone(), self.look.tone);
+                self.keeper = Some(Keeper::new(path, view, tone, film, 0));
+                self.tend(true);
+            }
+            Err(message) => self.shared.notify(message, true),
+        }
+    }
+
+    /// Has the samples written if it is time to, or `now`.
+    fn tend(&mut self, now: bool) {
+        let (Some(keeper), Some(picture)) = (&mut self.keeper, &self.picture) else {
+            return;
+        };
+        let rests = now || self.paused || picture.is_done();
+        keeper.tend(self.shared, picture.progress.seconds, rests);
+    }
+
+    /// Takes note of how a writing went.
+    fn kept(&mut self, (path, kept): Kept) {
+        let Some(keeper) = self.keeper.as_mut().filter(|k| k.path() == path) else {
+            return;
+        };
+        match kept {
+            Ok(samples) if keeper.written(samples) => {
+                let path = keeper.path().display();
+                let text =
+                    format!("saved {path}; kept up to date as long as the picture is the same");
+                self.shared.notify(text, false);
+            }
+            Ok(_) => {}
+            Err(message) => {
+                self.keeper = None;
+                self.shared.notify(message, true);
+            }
         }
     }
 
@@ -222,9 +285,15 @@ impl Engine<'_> {
     }
 
     /// Goes over to another file.
-    fn open(&mut self, (source, scene, tone, opening): Loaded) {
+    fn open(&mut self, loaded: Loaded) {
+        let Loaded {
+            source,
+            scene,
+            tone,
+            opening,
+            taken,
+        } = loaded;
         self.abandon_rebuild();
-        let scene = Arc::new(scene);
         self.source = Some(source);
         self.opening = opening;
         self.scene = Some(scene.clone());
@@ -239,7 +308,7 @@ impl Engine<'_> {
             outbox.status.scene = Some(scene);
             outbox.status.desc = self.desc.clone();
         }
-        self.restart();
+        self.begin(taken);
     }
 
     /// Goes over to a scene with edited shapes.
@@ -337,14 +406,35 @@ impl Engine<'_> {
 
     /// Starts the present description's picture anew.
     fn restart(&mut self) {
+        self.begin(None);
+    }
+
+    /// Starts the present description's picture, with the samples that the file it was opened from
+    /// holds.
+    fn begin(&mut self, taken: Option<Taken>) {
         let Some(scene) = self.scene.clone() else {
             return;
         };
         match View::new(scene, &self.desc.camera, self.desc.render) {
             Ok(view) => {
+                self.tend(true); // What is left behind is kept to its last sample.
+                let kept = self.keeper.take();
                 (self.trial, self.savings) = (None, None);
                 let mut picture = Picture::new(view, self.desc.camera, &self.governor);
                 picture.refer(self.reference.clone());
+                self.stale |= taken.is_some();
+                if let Some(taken) = taken {
+                    picture.take_up(taken);
+                    let (path, film) = (picture.view.scene.path().to_owned(), &picture.film);
+                    let saved = film.samples();
+                    let tone = self.look.tone;
+                    let keeper = Keeper::new(path, &picture.view, tone, film.clone(), saved);
+                    self.keeper = Some(keeper);
+                } else if let Some(keeper) = kept {
+                    let path = keeper.path().display();
+                    let text = format!("{path}: keeps the picture as it was; save this one anew");
+                    self.shared.notify(text, false);
+                }
                 let is_edited = self.source.as_ref().is_some_and(|source| {
                     let (camera, render) = (source.desc.camera, source.desc.render);
                     let desc = picture.view.scene.desc().clone();
@@ -408,6 +498,7 @@ impl Engine<'_> {
         if is_new {
             self.record();
         }
+        self.tend(false);
         self.report(snapshot);
     }
 

@@ -10,6 +10,7 @@ mod background;
 mod budget;
 mod engine;
 mod history;
+mod keeper;
 mod look;
 mod picture;
 mod preview;
@@ -27,11 +28,13 @@ use std::thread::JoinHandle;
 use lightbox_core::SceneDesc;
 use lightbox_core::color::ToneMap;
 use lightbox_core::compare::check_size;
+use lightbox_core::part;
 use lightbox_core::scene::{self, Scene, Source};
 
 use crate::saved;
 use crate::spent::Opening;
 use background::Loading;
+use keeper::Taken;
 
 pub use budget::Budget;
 pub use history::{History, Moment, Point, Run};
@@ -56,8 +59,14 @@ struct Inbox {
     past: Option<Option<Moment>>,
     clear_history: bool,
     measure_plan: bool,
+    /// A file to keep the samples in.
+    keep: Option<PathBuf>,
+    kept: Option<Kept>,
     quit: bool,
 }
+
+/// A file of samples, and how many per pixel are in it by now, or why they are not.
+type Kept = (PathBuf, Result<u64, String>);
 
 /// What becomes of the reference.
 enum Referring {
@@ -79,6 +88,8 @@ impl Inbox {
             past,
             clear_history,
             measure_plan,
+            keep,
+            kept,
             quit,
         } = self;
         let is_same_scene = opened.is_none() && rebuilt.is_none() && edit.is_none();
@@ -90,12 +101,23 @@ impl Inbox {
             && past.is_none()
             && !clear_history
             && !measure_plan
+            && keep.is_none()
+            && kept.is_none()
             && !quit
     }
 }
 
-/// A scene from a file; the tone map if the file has one; seconds of loading and of building.
-type Loaded = (Source, Scene, Option<ToneMap>, [f64; 2]);
+/// A scene from a file.
+struct Loaded {
+    source: Source,
+    scene: Arc<Scene>,
+    /// If the file has one.
+    tone: Option<ToneMap>,
+    /// Seconds of loading and of building.
+    opening: [f64; 2],
+    /// If the file has samples.
+    taken: Option<Taken>,
+}
 
 /// What the engine has for the user.
 #[derive(Default)]
@@ -187,8 +209,8 @@ impl Session {
         })
     }
 
-    /// Opens a scene, a mesh or a saved picture in the background; the present scene stays until it
-    /// is ready.
+    /// Opens a scene, a mesh, a saved picture or a part in the background; the present scene stays
+    /// until it is ready. The samples of a part are taken up, and kept there from then on.
     pub fn open(&self, path: &Path) {
         let path = path.to_owned();
         self.shared.start(
@@ -202,7 +224,18 @@ impl Session {
                     progress(phase);
                 };
                 let scene = source.build(&observe).map_err(|e| e.to_string())?;
-                Ok(Box::new((source, scene, tone, opening.seconds())))
+                let scene = Arc::new(scene);
+                let taken = match part::is_part(&path) {
+                    true => Taken::read(&path, &scene)?,
+                    false => None,
+                };
+                Ok(Box::new(Loaded {
+                    source,
+                    scene,
+                    tone,
+                    opening: opening.seconds(),
+                    taken,
+                }))
             },
             |inbox, _, opened| inbox.opened = Some(opened),
         );
@@ -329,10 +362,15 @@ impl Session {
         std::mem::take(&mut lock(&self.shared.outbox).notices)
     }
 
-    /// Writes the scene with its edits if `path` is a *.toml, else the picture as it is now, in the background; a notice tells how it went. In the midst
-    /// of a pass, tiles that lag behind are brought up to the others in a copy: only a picture with
-    /// as many samples everywhere can be made again.
+    /// Writes the scene with its edits if `path` is a *.toml, else the picture as it is now, in the
+    /// background; a notice tells how it went. In the midst of a pass, tiles that lag behind are
+    /// brought up to the others in a copy: only a picture with as many samples everywhere can be
+    /// made again. If `path` is a *.part, the samples are kept there from now on, as long as the
+    /// picture stays what it is.
     pub fn save(&self, path: PathBuf) {
+        if part::is_part(&path) {
+            return self.shared.send(false, |inbox| inbox.keep = Some(path));
+        }
         let is_scene = path
             .extension()
             .is_some_and(|e| e.eq_ignore_ascii_case("toml"));

@@ -17,6 +17,7 @@ use rayon::prelude::*;
 
 use super::budget::Budget;
 use super::history::Point;
+use super::keeper::Taken;
 use super::look::Look;
 use super::preview::{Governor, enlarge};
 use super::{Reference, Snapshot};
@@ -96,6 +97,14 @@ impl Picture {
             light: Light::default(),
             overhead: [Duration::ZERO; 2],
         }
+    }
+
+    /// Goes on from samples that there are already.
+    pub fn take_up(&mut self, Taken { film, seconds }: Taken) {
+        [self.work.paths, self.work.rays] = film.work();
+        (self.progress.seconds, self.progress.samples) = (seconds, film.samples());
+        self.film = Arc::new(film);
+        self.previews.clear();
     }
 
     /// Whether there are previews still to be shown.

@@ -128,3 +128,72 @@ fn a_file_that_cannot_be_opened_does_not_drop_an_edit_of_shapes() {
         scene.is_some_and(|scene| scene.desc().same_shapes(&desc))
     });
 }
+
+/// What a session keeps in a file is taken up by the next one, which ends with the picture of one
+/// render; a picture that is no longer the same leaves the file as it was.
+#[test]
+fn kept_samples_are_taken_up() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("kept.part");
+    let notices = |session: &Session| {
+        let notices = session.take_notices();
+        assert!(notices.iter().all(|n| !n.is_error), "{notices:?}");
+        notices
+    };
+    let samples_in = |path: &Path| part::read_head(path).map(|h| h.samples_per_pixel());
+    let first = Session::new(2, || ()).expect("a session");
+    first.open(Path::new("builtin:glass-sphere.toml"));
+    wait("the scene", || first.status().opened == 1);
+    let mut desc = (*first.status().desc).clone();
+    (desc.render.width, desc.render.height) = (90, 60);
+    desc.render.samples = 1 << 40;
+    first.edit(1, desc.clone());
+    wait("samples", || first.status().samples > 3);
+    first.save(path.clone());
+    wait("the file", || !notices(&first).is_empty());
+    let saved = samples_in(&path).expect("a part");
+    assert!(saved > 3);
+    // Ends with what there is by then.
+    wait("more samples", || first.status().samples > saved + 10);
+    drop(first);
+    let kept = samples_in(&path).expect("a part");
+    assert!(kept > saved + 10, "{kept} after {saved}");
+
+    let second = Session::new(2, || ()).expect("a session");
+    second.open(&path);
+    wait("the picture", || second.status().samples > 0);
+    assert!(second.status().samples >= kept);
+    let mut desc = (*second.status().desc).clone();
+    desc.render.samples = kept + 7;
+    second.edit(1, desc.clone());
+    wait("the end", || {
+        let status = second.status();
+        status.activity == Activity::Done && status.samples >= kept + 7
+    });
+    let status = second.status();
+    let scene = status.scene.clone().expect("a scene");
+    let view = View::new(scene, &desc.camera, desc.render).expect("a view");
+    let film = view.film();
+    view.render(&film, status.samples, &AtomicBool::new(false));
+    assert_eq!([status.paths, status.rays], film.work());
+    let exr = folder.path().join("end.exr");
+    second.save(exr.clone());
+    wait("the picture's file", || {
+        exr.exists() && !notices(&second).is_empty()
+    });
+    assert!(image_io::read(&exr).expect("a picture") == film.develop());
+
+    // Another camera is another picture.
+    wait("the last samples in the file", || {
+        samples_in(&path) == Ok(status.samples)
+    });
+    desc.camera.eye.x += 0.01;
+    second.edit(1, desc);
+    wait("word of it", || {
+        notices(&second)
+            .iter()
+            .any(|n| n.text.contains("keeps the picture as it was"))
+    });
+    drop(second);
+    assert_eq!(samples_in(&path), Ok(status.samples));
+}

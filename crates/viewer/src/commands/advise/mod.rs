@@ -17,7 +17,7 @@ use lightbox_core::compare::relative_square;
 use lightbox_core::filter::FilterKind;
 use lightbox_core::forecast::{Forecast, Goal, Mark, Span};
 use lightbox_core::{
-    AccelKind, Film, Filter, Image, Method, RenderSettings, SamplerKind, Scene, SceneDesc, View,
+    AccelKind, Film, Filter, Image, RenderSettings, SamplerKind, Scene, SceneDesc, View,
 };
 
 use super::{Opened, Outcome, json_line, open, print_warnings, threads};
