@@ -31,6 +31,14 @@
 //!
 //! The library knows no window and no standard output. It reads the clock only to tell where time
 //! went ([`work::Times`]); no sample depends on it.
+//!
+//! # A picture
+//!
+//! The example `picture`:
+//!
+//! ```no_run
+#![doc = include_str!("../examples/picture.rs")]
+//! ```
 
 // From the bottom up.
 pub mod color;

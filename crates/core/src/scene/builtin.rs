@@ -20,7 +20,7 @@ macro_rules! file {
     ($name:literal) => {
         (
             $name,
-            include_bytes!(concat!("../../../../scenes/", $name)).as_slice(),
+            include_bytes!(concat!(env!("LIGHTBOX_SCENES"), "/", $name)).as_slice(),
         )
     };
 }
