@@ -18,6 +18,9 @@ use crate::viewport::Viewport;
 /// Stops by which a key changes the exposure.
 const EXPOSURE_STEP: f32 = 0.5;
 
+/// The window's icon: `dist/lightbox.svg` at 128×128 (`rsvg-convert -w 128`).
+const ICON: &[u8] = include_bytes!("icon.png");
+
 /// What to do where no window can be opened.
 const WITHOUT_WINDOW: &str = "use `lightbox render SCENE -o OUT.png` instead";
 
@@ -29,9 +32,11 @@ pub fn run(path: Option<PathBuf>) -> Result<(), String> {
             "there is no display to open a window on; {WITHOUT_WINDOW}"
         ));
     }
+    let icon = eframe::icon_data::from_png_bytes(ICON).expect("the icon is a PNG");
     let viewport = egui::ViewportBuilder::default()
         .with_title("lightbox")
         .with_app_id("lightbox")
+        .with_icon(icon)
         .with_inner_size([1280.0, 720.0])
         .with_min_inner_size([640.0, 400.0])
         .with_drag_and_drop(true);
