@@ -12,7 +12,7 @@
 //! | caustics | the same, but its weight where light paths find it too | its weight |
 //!
 //! `caustics` also traces paths from the lights, for light that comes to diffuse surfaces by way of
-//! mirror and glass ([`light_paths`]); where nothing is specular it is `mis`. All that aim at lights also aim at them by way of mirror spheres ([`crate::light`]): the one
+//! mirror and glass (`light_paths`); where nothing is specular it is `mis`. All that aim at lights also aim at them by way of mirror spheres ([`crate::light`]): the one
 //! path from a diffuse surface by the outside of a sphere to a point on a light is found, not
 //! met. Light that a path then runs into that way, diffuse, mirror sphere, light, does not count.
 //!
