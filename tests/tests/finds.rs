@@ -7,7 +7,7 @@ use lightbox_core::lab::random::Rng;
 use lightbox_core::light::Lights;
 use lightbox_core::math::Ray;
 use lightbox_core::scene::CameraDesc;
-use lightbox_core::shape::{ShearedRay, Sphere};
+use lightbox_core::shape::{Quad, ShearedRay, Sphere};
 use lightbox_core::{AccelKind, Camera, Image, image_io};
 
 fn sphere(center: Vec3, radius: f32) -> Primitives {
@@ -238,6 +238,53 @@ fn a_ray_that_leaves_a_needle_does_not_meet_it_again() {
     for w in [dir, -dir] {
         let again = geometry.intersect(&Ray::new(point.leave(w), w), |_| false);
         assert_eq!(again, None, "along {w}");
+    }
+}
+
+/// Where the edges of a needle are all but parallel, its normal lost the digits that tell the sides
+/// of a start apart that is 10⁻¹² off the needle.
+#[test]
+fn a_ray_that_leaves_a_needle_along_it_does_not_meet_it_again() {
+    let primitives = Primitives {
+        triangles: vec![[
+            Vec3::new(-15.999999, -15.999902, -15.999999),
+            Vec3::new(-15.999885, -15.999999, -15.999999),
+            Vec3::new(-0.032180306, -0.03210784, -0.03210784),
+        ]],
+        ..Primitives::default()
+    };
+    let geometry = Geometry::build(primitives, AccelKind::Brute);
+    let dir = Vec3::splat(-0.57735026);
+    let ray = Ray::new(Vec3::ZERO, dir);
+    let hit = geometry.intersect(&ray, |_| false).expect("its middle");
+    let point = geometry.primitives().surface_point(&ray, &hit);
+    for w in [dir, -dir] {
+        let again = geometry.intersect(&Ray::new(point.leave(w), w), |_| false);
+        assert_eq!(again, None, "along {w}");
+    }
+}
+
+/// From the far corner of a large rectangle, rounding put a point behind it before it.
+#[test]
+fn what_is_behind_a_large_rectangle_is_not_lit() {
+    let corners = [
+        Vec3::new(-65432.105, -65535.996, 0.25),
+        Vec3::new(-0.0, 2.300_739_1e-5, 0.25),
+        Vec3::new(-0.0, 0.0, -1.0),
+        Vec3::new(-65432.105, -65535.996, -1.0),
+    ];
+    let primitives = Primitives {
+        quads: vec![Quad::new(corners)],
+        ..Primitives::default()
+    };
+    let lights = Lights::new(&primitives, [(0, 1.0)]);
+    let p = Vec3::new(0.25, 0.25, -0.5);
+    let before = Vec3::new(0.25, 0.251, -0.5);
+    for i in 0..10_000 {
+        let u = [i % 100, i / 100].map(|k| (k as f32 + 0.5) / 100.0);
+        let sample = lights.sample(p, || 0.5, || u);
+        assert!(sample.is_none(), "{u:?}: {sample:?}");
+        assert!(lights.sample(before, || 0.5, || u).is_some(), "{u:?}");
     }
 }
 

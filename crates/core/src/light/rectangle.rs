@@ -14,12 +14,16 @@ const SMALL: f32 = 0.01;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rectangle {
     quad: Quad,
-    /// Unit vectors along the first and the last edge.
+    /// First corner.
+    corner: DVec3,
+    /// Unit vectors along the first and the last edge, and of the front. In f64, as the height of a
+    /// point over a large rectangle is a small difference, and decides whether it is behind.
     axes: [DVec3; 2],
+    n: DVec3,
     /// Lengths of these edges.
     size: [f64; 2],
     /// From the first corner to the centre.
-    to_center: Vec3,
+    to_center: DVec3,
     /// Width + height: the distance from which on it may count as small.
     extent: f32,
     area: f32,
@@ -50,13 +54,19 @@ impl Rectangle {
         let (ex, ey) = (b - a, d - a);
         let (width, height) = (ex.length(), ey.length());
         let is_right = ex.dot(ey).abs() <= 1e-5 * width * height;
-        is_right.then(|| Self {
-            quad,
-            axes: [ex, ey].map(|e| e.as_dvec3().normalize()),
-            size: [width, height].map(f64::from),
-            to_center: 0.5 * (ex + ey),
-            extent: width + height,
-            area: width * height,
+        is_right.then(|| {
+            let [a, b, d] = [a, b, d].map(|p| p.as_dvec3());
+            let (ex, ey) = (b - a, d - a);
+            Self {
+                quad,
+                corner: a,
+                axes: [ex, ey].map(|e| e.normalize()),
+                n: ex.cross(ey).normalize(),
+                size: [width, height].map(f64::from),
+                to_center: 0.5 * (ex + ey),
+                extent: width + height,
+                area: width * height,
+            }
         })
     }
 
@@ -93,13 +103,12 @@ impl Rectangle {
 
     #[inline(always)]
     fn seen_from(&self, p: Vec3) -> View {
-        let to_a = self.quad.corners()[0] - p;
-        let z = -to_a.dot(self.quad.normal());
-        let distance = (to_a + self.to_center).length();
+        let to_a = self.corner - p.as_dvec3();
+        let z = -to_a.dot(self.n);
+        let distance = (to_a + self.to_center).as_vec3().length();
         // From further than its size, the solid angle is close to area·cos/distance².
-        let is_small =
-            (distance > self.extent) & (self.area * z <= SMALL * distance * distance * distance);
-        let (to_a, z) = (to_a.as_dvec3(), f64::from(z));
+        let is_small = (distance > self.extent)
+            & (self.area * z as f32 <= SMALL * distance * distance * distance);
         let [x0, y0] = self.axes.map(|axis| to_a.dot(axis));
         let [width, height] = self.size;
         let (x, y) = ([x0, x0 + width], [y0, y0 + height]);

@@ -3,7 +3,7 @@
 //! The ray is sheared onto an axis once; a triangle is then hit if the three edge functions of
 //! its projected vertices have no two signs. An edge shared by two triangles gives the same
 //! products in both, and edges count as inside, so nothing slips between. (Rust never contracts
-//! a·b−c·d into a fused operation, which would break that.) Edge functions of 0 are decided, and
+//! a·b−c·d into a fused operation by itself, which would break that.) Edge functions of 0 are decided, and
 //! those of hits refined, in f64, where the products are exact.
 
 use glam::{DVec3, Vec3};
@@ -73,7 +73,8 @@ impl ShearedRay {
     /// Whether the plane of a triangle lies ahead of the ray. In f64 from the vertices themselves:
     /// rounding of the shear can make a triangle of a line, and put the origin of a ray that has
     /// just left the triangle on its other side. Seen from the vertex next to the origin: from the
-    /// far end of a long triangle even f64 might not tell the sides apart.
+    /// far end of a long triangle even f64 might not tell the sides apart, nor with a normal that
+    /// has lost digits because its edges are long and all but parallel.
     #[inline(always)]
     pub(super) fn meets_plane(&self, [a, b, c]: [Vec3; 3]) -> bool {
         let [x, y, z] = self.axes;
@@ -90,12 +91,27 @@ impl ShearedRay {
             (x, _, z) if z < x => (c, a, b),
             _ => (a, b, c),
         };
-        let n = (b - a).cross(c - a);
+        let n = exact_cross(b - a, c - a);
         // The direction, but for its length.
         let [sx, sy, sz] = self.shear;
         let d = DVec3::new(sx.into(), sy.into(), 1.0);
         n.dot(a - o) * n.dot(d) * f64::from(sz) > 0.0
     }
+}
+
+/// a × b, each component to its last digits however alike its products are (Kahan's difference of
+/// products: Jeannerod, Louvet & Muller 2013).
+#[inline(always)]
+fn exact_cross(a: DVec3, b: DVec3) -> DVec3 {
+    let difference = |a: f64, b: f64, c: f64, d: f64| {
+        let cd = c * d;
+        a.mul_add(b, -cd) + (-c).mul_add(d, cd)
+    };
+    DVec3::new(
+        difference(a.y, b.z, a.z, b.y),
+        difference(a.z, b.x, a.x, b.z),
+        difference(a.x, b.y, a.y, b.x),
+    )
 }
 
 /// Twice the signed area that the projected edge spans with the ray; negated when the ends are
