@@ -50,18 +50,19 @@ struct View {
 impl Rectangle {
     /// `None` if the quad is not a rectangle.
     pub fn new(quad: Quad) -> Option<Self> {
-        let [a, b, _, d] = quad.corners();
+        let [a, b, c, d] = quad.corners();
         let (ex, ey) = (b - a, d - a);
         let (width, height) = (ex.length(), ey.length());
         let is_right = ex.dot(ey).abs() <= 1e-5 * width * height;
         is_right.then(|| {
-            let [a, b, d] = [a, b, d].map(|p| p.as_dvec3());
+            let [a, b, c, d] = [a, b, c, d].map(|p| p.as_dvec3());
             let (ex, ey) = (b - a, d - a);
             Self {
                 quad,
                 corner: a,
                 axes: [ex, ey].map(|e| e.normalize()),
-                n: ex.cross(ey).normalize(),
+                // That of the whole: rounding of the corners tilts the halves of thin ones.
+                n: (c - a).cross(d - b).normalize(),
                 size: [width, height].map(f64::from),
                 to_center: 0.5 * (ex + ey),
                 extent: width + height,
