@@ -219,6 +219,17 @@ fn a_point_of_a_planet_near_the_origin_tells_how_far_off_it_is() {
     assert!(high - low < 1e-9, "{point:?}");
 }
 
+/// A ray meets a surface and goes on from there, or back, without meeting it again.
+fn leaves_for_good(primitives: Primitives, ray: Ray) {
+    let geometry = Geometry::build(primitives, AccelKind::Brute);
+    let hit = geometry.intersect(&ray, |_| false).expect("its middle");
+    let point = geometry.primitives().surface_point(&ray, &hit);
+    for w in [ray.dir, -ray.dir] {
+        let again = geometry.intersect(&Ray::new(point.leave(w), w), |_| false);
+        assert_eq!(again, None, "along {w}");
+    }
+}
+
 /// From the far end of a long triangle, rounding in f64 put the start of a ray on the wrong side.
 #[test]
 fn a_ray_that_leaves_a_needle_does_not_meet_it_again() {
@@ -230,15 +241,13 @@ fn a_ray_that_leaves_a_needle_does_not_meet_it_again() {
         ]],
         ..Primitives::default()
     };
-    let geometry = Geometry::build(primitives, AccelKind::Brute);
-    let dir = Vec3::new(-0.16439281, 0.9863569, 0.008662856);
-    let ray = Ray::new(Vec3::new(1.0, -6.0, -0.052696075), dir);
-    let hit = geometry.intersect(&ray, |_| false).expect("its middle");
-    let point = geometry.primitives().surface_point(&ray, &hit);
-    for w in [dir, -dir] {
-        let again = geometry.intersect(&Ray::new(point.leave(w), w), |_| false);
-        assert_eq!(again, None, "along {w}");
-    }
+    leaves_for_good(
+        primitives,
+        Ray::new(
+            Vec3::new(1.0, -6.0, -0.052696075),
+            Vec3::new(-0.16439281, 0.9863569, 0.008662856),
+        ),
+    );
 }
 
 /// Where the edges of a needle are all but parallel, its normal lost the digits that tell the sides
@@ -253,15 +262,7 @@ fn a_ray_that_leaves_a_needle_along_it_does_not_meet_it_again() {
         ]],
         ..Primitives::default()
     };
-    let geometry = Geometry::build(primitives, AccelKind::Brute);
-    let dir = Vec3::splat(-0.57735026);
-    let ray = Ray::new(Vec3::ZERO, dir);
-    let hit = geometry.intersect(&ray, |_| false).expect("its middle");
-    let point = geometry.primitives().surface_point(&ray, &hit);
-    for w in [dir, -dir] {
-        let again = geometry.intersect(&Ray::new(point.leave(w), w), |_| false);
-        assert_eq!(again, None, "along {w}");
-    }
+    leaves_for_good(primitives, Ray::new(Vec3::ZERO, Vec3::splat(-0.57735026)));
 }
 
 /// From the far corner of a large rectangle, rounding put a point behind it before it.

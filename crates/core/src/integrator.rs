@@ -379,23 +379,10 @@ impl Wave {
         let Transport { scene, method, .. } = *transport;
         let end = (first + GROUP).min(self.paths.len());
         let (paths, rays) = (&self.paths[first..end], &self.rays[first..end]);
-        let vertices = &mut self.vertices;
-        vertices.clear();
-        for (i, hit) in self.hits[first..end].iter().enumerate() {
-            match hit {
-                Some(hit) => vertices.push(
-                    i,
-                    &paths[i],
-                    &rays[i],
-                    scene.primitives().place(&rays[i], hit),
-                ),
-                None => {
-                    let radiance = &mut self.radiance[paths[i].index as usize];
-                    *radiance += paths[i].throughput * scene.background();
-                }
-            }
-        }
-        vertices.locate();
+        let (vertices, radiance) = (&mut self.vertices, &mut self.radiance);
+        vertices.gather(scene, paths, rays, &self.hits[first..end], |path| {
+            radiance[path.index as usize] += path.throughput * scene.background();
+        });
         for lane in 0..vertices.count {
             let i = vertices.source(lane);
             let (Some(hit), path, ray) = (&self.hits[first + i], &paths[i], &rays[i]) else {

@@ -68,9 +68,7 @@ impl Transport<'_> {
     /// Whether caustics are traced from the lights.
     #[inline(always)]
     pub(crate) fn traces_light(&self) -> bool {
-        self.method == crate::Method::Caustics
-            && !self.scene.lights().is_empty()
-            && !self.scene.casters().is_empty()
+        self.method == crate::Method::Caustics && self.scene.casts_caustics()
     }
 
     /// How many light paths come by a diffuse surface that the camera sees for each camera path
@@ -218,25 +216,18 @@ impl LightWave {
     /// Gathers the vertices of the paths from `first` on, as many as make a group.
     #[inline(always)]
     fn meet(&mut self, transport: &Transport<'_>, first: usize) {
-        let primitives = transport.scene.primitives();
+        let scene = transport.scene;
         let end = (first + GROUP).min(self.paths.len());
         let (paths, rays) = (&self.paths[first..end], &self.rays[first..end]);
         let vertices = &mut self.vertices;
-        vertices.clear();
-        for (i, hit) in self.hits[first..end].iter().enumerate() {
-            if let Some(hit) = hit {
-                vertices.push(i, &paths[i], &rays[i], primitives.place(&rays[i], hit));
-            }
-        }
-        vertices.locate();
+        vertices.gather(scene, paths, rays, &self.hits[first..end], |_| ());
         for lane in 0..vertices.count {
             let i = vertices.source(lane);
             if let Some(hit) = &self.hits[first + i] {
                 let point = vertices.points.get(lane);
                 let front = rays[i].dir.dot(point.n) < 0.0;
                 let n = if front { point.n } else { -point.n };
-                let material = transport.scene.material(hit.prim);
-                let bsdf = material.bsdf(|| primitives.uv(hit));
+                let bsdf = scene.material(hit.prim).bsdf(|| scene.primitives().uv(hit));
                 vertices.set_surface(lane, hit.prim, n, front, bsdf);
             }
         }

@@ -8,12 +8,13 @@ use glam::Vec3;
 
 use super::{AIMED_AT, ONLY, Path, ShadowRay, THROUGH_GLASS, Transport, is_only, power_heuristic};
 use crate::bsdf::{Bsdf, diffuse_direction};
-use crate::geometry::{Place, SurfacePoint, SurfacePoints};
+use crate::geometry::{Hit, Place, SurfacePoint, SurfacePoints};
 use crate::light::LightSamples;
 use crate::math::{Floats, GROUP, Ray, Vectors};
 use crate::plan::Part;
 use crate::planted::{self, Bug};
 use crate::sampler::{Dim, Samplers};
+use crate::scene::Scene;
 
 mod detours;
 
@@ -106,7 +107,7 @@ impl Default for Vertices {
 impl Vertices {
     /// Empties all lanes.
     #[inline(always)]
-    pub fn clear(&mut self) {
+    fn clear(&mut self) {
         self.count = 0;
         self.any_diffuse = false;
         self.elsewhere.clear();
@@ -115,7 +116,7 @@ impl Vertices {
 
     /// Adds the place where a path, the one of number `source`, has run into something.
     #[inline(always)]
-    pub fn push(&mut self, source: usize, path: &Path, ray: &Ray, place: Place) {
+    fn push(&mut self, source: usize, path: &Path, ray: &Ray, place: Place) {
         let lane = self.count % GROUP;
         self.count += 1;
         self.sources[lane] = source as u32;
@@ -135,6 +136,30 @@ impl Vertices {
         }
     }
 
+    /// Gathers the places where paths have run into something, computed; `missed` takes those that
+    /// have not.
+    #[inline(always)]
+    pub fn gather(
+        &mut self,
+        scene: &Scene,
+        paths: &[Path],
+        rays: &[Ray],
+        hits: &[Option<Hit>],
+        mut missed: impl FnMut(&Path),
+    ) {
+        self.clear();
+        for (i, hit) in hits.iter().enumerate() {
+            match hit {
+                Some(hit) => {
+                    let place = scene.primitives().place(&rays[i], hit);
+                    self.push(i, &paths[i], &rays[i], place);
+                }
+                None => missed(&paths[i]),
+            }
+        }
+        self.locate();
+    }
+
     /// Number of the path in a lane.
     #[inline(always)]
     pub fn source(&self, lane: usize) -> usize {
@@ -143,7 +168,7 @@ impl Vertices {
 
     /// Computes the points on the surfaces.
     #[inline(always)]
-    pub fn locate(&mut self) {
+    fn locate(&mut self) {
         let [a, b, c] = &self.triangles;
         let [b1, b2] = &self.barycentrics;
         for lane in 0..GROUP {

@@ -289,9 +289,13 @@ impl Scene {
 
     /// The methods that differ in it: light paths are traced only where something casts caustics.
     pub fn methods(&self) -> impl Iterator<Item = Method> {
-        let casts = !self.casters.is_empty() && !self.lights.is_empty();
         let all = Method::ALL.iter().copied();
-        all.filter(move |method| casts || *method != Method::Caustics)
+        all.filter(|method| *method != Method::Caustics || self.casts_caustics())
+    }
+
+    /// Whether light may take ways that light paths find and nothing aims at.
+    pub(crate) fn casts_caustics(&self) -> bool {
+        !self.casters.is_empty() && !self.lights.is_empty()
     }
 
     /// What may throw caustics that are not aimed at by way of mirror spheres.
