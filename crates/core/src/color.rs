@@ -94,14 +94,47 @@ impl FromStr for ToneCurve {
 pub struct ToneMap {
     /// Brightness in photographic stops: light is multiplied by 2^exposure.
     pub exposure: f32,
-    /// The curve applied after exposure.
+    /// What is added then.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub offset: f32,
+    /// The curve applied at last.
     pub curve: ToneCurve,
 }
 
+#[expect(
+    clippy::trivially_copy_pass_by_ref,
+    reason = "the signature serde asks for"
+)]
+fn is_zero(offset: &f32) -> bool {
+    *offset == 0.0
+}
+
 impl ToneMap {
+    /// The exposure and offset that make black and white of the luminances within which all but
+    /// one in a hundred of the darkest and of the brightest pixels lie.
+    pub fn fitted(self, pixels: &[Vec3]) -> Self {
+        let mut luminances: Vec<f32> = pixels.iter().map(|p| luminance(*p)).collect();
+        luminances.sort_unstable_by(f32::total_cmp);
+        let last = luminances.len().saturating_sub(1);
+        let rank = |percent: usize| luminances.get(last * percent / 100).copied();
+        let (Some(dark), Some(bright)) = (rank(1), rank(99)) else {
+            return self;
+        };
+        let range = if bright > dark { bright - dark } else { bright };
+        if !(range > 0.0 && range < f32::INFINITY) {
+            return self;
+        }
+        let black = if bright > dark { dark } else { 0.0 };
+        Self {
+            exposure: -libm::log2f(range),
+            offset: -black / range,
+            ..self
+        }
+    }
+
     /// The 8-bit sRGB colour shown for some light.
     pub fn apply(&self, rgb: Vec3) -> [u8; 3] {
-        let x = (rgb * libm::exp2f(self.exposure)).max(Vec3::ZERO);
+        let x = (rgb * libm::exp2f(self.exposure) + self.offset).max(Vec3::ZERO);
         let x = match self.curve {
             ToneCurve::Linear => x,
             ToneCurve::Filmic => {
@@ -111,5 +144,29 @@ impl ToneMap {
             }
         };
         x.to_array().map(srgb_from_linear)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fitted_light_goes_from_black_to_white() {
+        // From 2 to 4, but for one pixel in a hundred at either end.
+        let ramp = |i: i32| Vec3::splat(2.0 + i as f32 / 512.0);
+        let mut pixels: Vec<Vec3> = (0..=1024).map(ramp).collect();
+        pixels.extend([Vec3::ZERO; 8].into_iter().chain([Vec3::splat(1e6); 8]));
+        let tone = ToneMap::default().fitted(&pixels);
+        assert!((tone.exposure + 1.0).abs() < 0.02, "{tone:?}");
+        assert!((tone.offset + 1.0).abs() < 0.02, "{tone:?}");
+        assert_eq!(tone.apply(Vec3::splat(1.9)), [0; 3]);
+        assert_eq!(tone.apply(Vec3::splat(4.1)), [255; 3]);
+        // Flat light becomes white; nothing changes where there is none.
+        let flat = ToneMap::default().fitted(&[Vec3::splat(0.25); 9]);
+        assert_eq!((flat.exposure, flat.offset), (2.0, 0.0));
+        for nothing in [&[][..], &[Vec3::ZERO; 4]] {
+            assert_eq!(ToneMap::default().fitted(nothing), ToneMap::default());
+        }
     }
 }

@@ -16,12 +16,14 @@ use crate::planted::{self, Bug};
 
 mod error;
 mod pack;
+mod pixel;
 mod splats;
 mod survey;
 
 pub(crate) use error::TileLight;
 pub use error::{BAND_FROM, ErrorEstimate, TileError};
 pub(crate) use pack::LONGEST_PACKED;
+pub use pixel::Pixel;
 use splats::Landing;
 pub(crate) use splats::Splat;
 use survey::Survey;
@@ -71,6 +73,13 @@ pub struct TileRect {
     pub width: u32,
     /// Pixels down; [`TILE`] except at the lower border.
     pub height: u32,
+}
+
+/// How far a tile is from the centre of a picture, squared, in units of half a pixel.
+fn from_center(rect: &TileRect, [width, height]: [u32; 2]) -> i64 {
+    let dx = i64::from(2 * rect.x + rect.width) - i64::from(width);
+    let dy = i64::from(2 * rect.y + rect.height) - i64::from(height);
+    dx * dx + dy * dy
 }
 
 /// The samples of one tile: in the film, or a batch on its way there.
@@ -271,12 +280,7 @@ impl Film {
                 });
             }
         }
-        let from_center = |r: &TileRect| {
-            let dx = i64::from(2 * r.x + r.width) - i64::from(width);
-            let dy = i64::from(2 * r.y + r.height) - i64::from(height);
-            dx * dx + dy * dy
-        };
-        rects.sort_by_key(from_center);
+        rects.sort_by_key(|rect| from_center(rect, [width, height]));
         let tiles = rects
             .into_iter()
             .map(|r| Mutex::new(Tile::empty(r, filter.strata())))
@@ -447,13 +451,19 @@ impl Film {
             (Some(mean), None) | (None, Some(mean)) => mean,
             (None, None) => DVec3::ZERO,
         };
+        mean + self.splatted(cells, halves)
+    }
+
+    /// What light paths have brought to some halves of a pixel.
+    fn splatted<const N: usize>(&self, cells: &[Cell], halves: [usize; N]) -> DVec3 {
         let light_paths = self.light_paths(halves);
         if light_paths == 0.0 {
-            return mean;
+            return DVec3::ZERO;
         }
-        let splatted =
-            halves.map(|half| DVec3::from_array(cells[half * lanes + strata].sum.map(real)));
-        mean + splatted.iter().sum::<DVec3>() / light_paths
+        let lanes = cells.len() / 2;
+        let sums =
+            halves.map(|half| DVec3::from_array(cells[(half + 1) * lanes - 1].sum.map(real)));
+        sums.iter().sum::<DVec3>() / light_paths
     }
 }
 

@@ -74,6 +74,7 @@ pub mod integrator;
 pub mod part;
 pub mod plan;
 pub mod render;
+pub mod surfaces;
 // Methods against each other, and what breaks, measured.
 pub mod lab;
 pub mod race;

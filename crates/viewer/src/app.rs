@@ -6,6 +6,7 @@ use egui::{CentralPanel, Color32, Context, Frame, Margin, Panel, ScrollArea, Ui,
 use lightbox_core::SceneDesc;
 use lightbox_core::scene::BUILTIN;
 
+use crate::aov::Aov;
 use crate::dialogs::{Answer, Dialogs, OPENS};
 use crate::keys::{self, Action};
 use crate::model::{Model, scene_name};
@@ -17,6 +18,9 @@ use crate::viewport::Viewport;
 
 /// Stops by which a key changes the exposure.
 const EXPOSURE_STEP: f32 = 0.5;
+
+/// Share of white by which a key changes the offset.
+const OFFSET_STEP: f32 = 0.1;
 
 /// The window's icon: `dist/lightbox.svg` at 128×128 (`rsvg-convert -w 128`).
 const ICON: &[u8] = include_bytes!("icon.png");
@@ -208,6 +212,13 @@ impl App {
                 .glide(ctx, &self.model, self.model.file_camera),
             Action::Brighter => self.expose(EXPOSURE_STEP),
             Action::Darker => self.expose(-EXPOSURE_STEP),
+            Action::Raise => self.offset(OFFSET_STEP),
+            Action::Lower => self.offset(-OFFSET_STEP),
+            Action::FitTone => self.session.fit_tone(),
+            Action::ResetTone => {
+                let tone = &mut self.model.tone;
+                (tone.exposure, tone.offset) = (0.0, 0.0);
+            }
             Action::SaveScene => self.ask_where_to_save_scene(ctx, status),
             Action::Undo => {
                 self.viewport.gestures.halt();
@@ -217,7 +228,9 @@ impl App {
                 self.viewport.gestures.halt();
                 self.undo.redo(&mut self.model.desc);
             }
-            Action::ErrorMap => self.model.shows_error = !self.model.shows_error,
+            // Once more, it goes back to the light.
+            Action::Show(aov) if self.model.aov == aov => self.model.aov = Aov::COLOR,
+            Action::Show(aov) => self.model.aov = aov,
             Action::Help => self.is_help_open = !self.is_help_open,
             Action::Lab => self.lab.is_open = !self.lab.is_open,
             Action::Chart => self.chart.is_open = !self.chart.is_open,
@@ -237,6 +250,12 @@ impl App {
 
     fn expose(&mut self, stops: f32) {
         self.model.tone.exposure = (self.model.tone.exposure + stops).clamp(-10.0, 10.0);
+    }
+
+    fn offset(&mut self, by: f32) {
+        // Tenths, so that as many steps back lead to zero.
+        let offset = ((self.model.tone.offset + by) * 10.0).round() / 10.0;
+        self.model.tone.offset = offset.clamp(-1.0, 1.0);
     }
 
     fn frame(&mut self, ctx: &Context, status: &Status) {
@@ -338,7 +357,7 @@ impl App {
         }
         let look = Look {
             tone: self.model.tone,
-            shows_error: self.model.shows_error,
+            aov: self.model.aov,
         };
         if look != self.sent.1 {
             self.sent.1 = look;
@@ -364,6 +383,9 @@ impl eframe::App for App {
         let now = ui.input(|i| i.time);
         for notice in self.session.take_notices() {
             self.banners.add(notice, now);
+        }
+        if let Some(tone) = self.session.take_fitted_tone() {
+            self.model.tone = tone;
         }
         self.take_answers(&ctx);
         self.take_drops(&ctx);
@@ -400,8 +422,9 @@ impl eframe::App for App {
             let space = ui.max_rect();
             let past = self.past.and_then(|_| self.session.past());
             let snapshot = past.or_else(|| self.session.snapshot());
+            let (model, session) = (&mut self.model, &self.session);
             self.viewport
-                .ui(ui, &mut self.model, &status, snapshot.as_deref());
+                .ui(ui, model, session, &status, snapshot.as_deref());
             self.banners
                 .ui(ui, space, &mut self.model, status.scene.as_ref());
             let past = self

@@ -200,6 +200,9 @@ pub struct SettingsArgs {
     /// Brightness of a PNG in photographic stops [default: 0, or a saved picture's]
     #[arg(long, value_name = "E", value_parser = finite, allow_negative_numbers = true, help_heading = PNG)]
     pub exposure: Option<f32>,
+    /// Light added to a PNG after that [default: 0, or a saved picture's]
+    #[arg(long, value_name = "O", value_parser = finite, allow_negative_numbers = true, help_heading = PNG)]
+    pub offset: Option<f32>,
     /// Tone curve of a PNG [default: linear, or a saved picture's]
     #[arg(long, value_name = "T", value_parser = named(&ToneCurve::ALL, ToneCurve::name), help_heading = PNG)]
     pub tone: Option<ToneCurve>,
@@ -378,6 +381,7 @@ impl SettingsArgs {
     pub fn tone_map(&self, scene: ToneMap) -> ToneMap {
         ToneMap {
             exposure: self.exposure.unwrap_or(scene.exposure),
+            offset: self.offset.unwrap_or(scene.offset),
             curve: self.tone.unwrap_or(scene.curve),
         }
     }

@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use egui::{Context, Key, KeyboardShortcut, Modifiers};
 
+use crate::aov::Aov;
+
 /// Something the user asks for, by key or by button.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Action {
@@ -27,6 +29,14 @@ pub enum Action {
     Brighter,
     /// Half a stop darker.
     Darker,
+    /// A tenth of white more.
+    Raise,
+    /// A tenth of white less.
+    Lower,
+    /// Exposure and offset that fit the picture.
+    FitTone,
+    /// Light as it is.
+    ResetTone,
     /// Show or hide the list of keys.
     Help,
     /// Show or hide the stability lab.
@@ -41,8 +51,8 @@ pub enum Action {
     Plan,
     /// Choose a reference for the error chart.
     Reference,
-    /// Show the error of each pixel, or its light.
-    ErrorMap,
+    /// Have pixels show this.
+    Show(Aov),
     /// Take back the last edit.
     Undo,
     /// Do again what was taken back.
@@ -63,7 +73,7 @@ const COMMAND: Modifiers = Modifiers::COMMAND;
 
 /// Keys, actions and their description. Where modifiers overlap, the longer one comes first: a
 /// shortcut without Shift also matches with it.
-pub const KEYS: &[(Modifiers, Key, Action, &str)] = &[
+const KEYS: &[(Modifiers, Key, Action, &str)] = &[
     (
         COMMAND,
         Key::O,
@@ -110,6 +120,20 @@ pub const KEYS: &[(Modifiers, Key, Action, &str)] = &[
     (PLAIN, Key::Home, Action::Home, "back to the file's camera"),
     (SHIFT, Key::E, Action::Darker, "half a stop darker"),
     (PLAIN, Key::E, Action::Brighter, "half a stop brighter"),
+    (SHIFT, Key::O, Action::Lower, "take away a tenth of white"),
+    (PLAIN, Key::O, Action::Raise, "add a tenth of white"),
+    (
+        PLAIN,
+        Key::N,
+        Action::FitTone,
+        "fit exposure and offset to the picture",
+    ),
+    (
+        PLAIN,
+        Key::R,
+        Action::ResetTone,
+        "exposure and offset back to zero",
+    ),
     (
         PLAIN,
         Key::Escape,
@@ -150,14 +174,17 @@ pub const KEYS: &[(Modifiers, Key, Action, &str)] = &[
         Action::Plan,
         "show or hide the plan and where the time goes",
     ),
-    (
-        PLAIN,
-        Key::F6,
-        Action::ErrorMap,
-        "show the error of each pixel, or its light",
-    ),
     (COMMAND, Key::Q, Action::Quit, "quit"),
 ];
+
+/// [`KEYS`] and the keys of what pixels can show.
+pub fn all() -> impl Iterator<Item = (Modifiers, Key, Action, &'static str)> {
+    let aovs = |shift: bool| {
+        let rows = Aov::all().filter(move |aov| aov.keys().0.shift == shift);
+        rows.map(|aov| (aov.keys().0, aov.keys().1, Action::Show(aov), aov.tip()))
+    };
+    KEYS.iter().cloned().chain(aovs(true)).chain(aovs(false))
+}
 
 /// Mouse gestures over the picture and their description.
 pub const GESTURES: &[(&str, &str)] = &[
@@ -180,10 +207,10 @@ pub fn pressed(ctx: &Context) -> Vec<Action> {
         egui::Popup::is_any_open(ctx),
     );
     let mut actions = Vec::new();
-    for (modifiers, key, action, _) in KEYS {
-        let taken = (*key == Key::Space && focused) || (*key == Key::Escape && listing);
-        if !taken && ctx.input_mut(|i| i.consume_key(*modifiers, *key)) {
-            actions.push(action.clone());
+    for (modifiers, key, action, _) in all() {
+        let taken = (key == Key::Space && focused) || (key == Key::Escape && listing);
+        if !taken && ctx.input_mut(|i| i.consume_key(modifiers, key)) {
+            actions.push(action);
         }
     }
     actions
@@ -191,8 +218,8 @@ pub fn pressed(ctx: &Context) -> Vec<Action> {
 
 /// The key of an action, as shown on buttons.
 pub fn text(ctx: &Context, action: &Action) -> String {
-    let key = KEYS.iter().find(|(_, _, a, _)| a == action);
+    let key = all().find(|(_, _, a, _)| a == action);
     key.map_or_else(String::new, |(modifiers, key, _, _)| {
-        ctx.format_shortcut(&KeyboardShortcut::new(*modifiers, *key))
+        ctx.format_shortcut(&KeyboardShortcut::new(modifiers, key))
     })
 }

@@ -1,5 +1,6 @@
 //! The viewer and the command line, both thin over `lightbox-core`.
 
+pub mod aov;
 pub mod app;
 pub mod args;
 pub mod commands;
@@ -7,6 +8,7 @@ pub mod dialogs;
 pub mod gestures;
 pub mod keys;
 pub mod lab;
+pub mod legend;
 pub mod model;
 pub mod orbit;
 pub mod overlay;

@@ -8,6 +8,7 @@ use lightbox_core::math::Ray;
 use lightbox_core::scene::{CameraDesc, MaterialDesc, Object, ObjectKind, QuadDesc};
 use lightbox_core::{Scene, SceneDesc};
 
+use crate::aov::Aov;
 use crate::session::Budget;
 
 /// Radiance of an added lamp, W/(m²·sr).
@@ -65,8 +66,8 @@ pub struct Model {
     pub selection: Option<Selection>,
     /// From light to screen.
     pub tone: ToneMap,
-    /// Whether pixels show their error instead of their light.
-    pub shows_error: bool,
+    /// What pixels show.
+    pub aov: Aov,
     /// Hue of an emission whose strength is zero: material name and colour.
     pub unlit: Option<(String, Vec3)>,
 }
@@ -82,7 +83,7 @@ impl Model {
             size: tone.map_or(self.size, |_| PictureSize::AsInFile),
             budget: tone.map_or(self.budget, |_| Budget::Samples),
             tone: tone.unwrap_or(self.tone),
-            shows_error: self.shows_error,
+            aov: self.aov,
             ..Self::default()
         };
     }

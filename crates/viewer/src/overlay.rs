@@ -2,16 +2,17 @@
 
 use std::sync::{Arc, Weak};
 
-use egui::{Color32, Painter, Pos2, Rect, Response, Stroke, Ui, Vec2};
+use egui::accesskit::Role;
+use egui::{Color32, Painter, Pos2, Rect, Response, Sense, Stroke, Ui, Vec2, WidgetInfo};
 use glam::Vec3;
 use lightbox_core::Scene;
+use lightbox_core::film::Pixel;
 use lightbox_core::math::Aabb;
 use lightbox_core::scene::CameraDesc;
 
 use crate::gestures::{pick, share};
 use crate::model::{Model, Selection};
 use crate::panels::format;
-use crate::session::Snapshot;
 
 /// Color of the selection's box.
 const SELECTED: Color32 = Color32::from_rgb(255, 190, 60);
@@ -104,7 +105,7 @@ pub fn tag(ui: &Ui, painter: &Painter, corner: Pos2, text: &str) -> Rect {
     rect
 }
 
-/// What is under the cursor.
+/// What is under the cursor; `film` tells what is known of a pixel.
 pub fn readout(
     ui: &Ui,
     painter: &Painter,
@@ -112,7 +113,7 @@ pub fn readout(
     rect: Rect,
     scene: &Scene,
     model: &Model,
-    snapshot: &Snapshot,
+    film: impl FnOnce([u32; 2]) -> Option<Pixel>,
 ) {
     let Some(pos) = response
         .hover_pos()
@@ -121,29 +122,40 @@ pub fn readout(
         return;
     };
     let at = share(rect, pos);
-    let pixel_of =
-        |size: [usize; 2]| [0, 1].map(|i| ((at[i] * size[i] as f32) as usize).min(size[i] - 1));
     let size = [model.desc.render.width, model.desc.render.height];
-    let [x, y] = pixel_of(size.map(|n| n as usize));
-    let [sx, sy] = pixel_of(snapshot.size);
-    let start = 3 * (sy * snapshot.size[0] + sx);
-    let mut text = format!("{x}, {y}");
-    if let Some([r, g, b]) = snapshot.rgb.get(start..start + 3)
-        && !model.shows_error
-    {
-        text += &format!("    sRGB {r} {g} {b}");
+    let pixel = [0, 1].map(|i| ((at[i] * size[i] as f32) as u32).min(size[i] - 1));
+    let mut text = format!("{}, {}", pixel[0], pixel[1]);
+    if let Some(pixel) = film(pixel) {
+        text += &format!("    {}", radiance(&pixel));
     }
     match pick(scene, &model.desc.camera, size, at) {
         Some(pick) => {
-            let depth = format::length(pick.hit.t);
+            let prim = pick.hit.prim;
             text += &format!(
-                "    {}    distance {depth}",
-                scene.object(pick.hit.prim).label
+                "    {}, {}    distance {}",
+                scene.object(prim).label,
+                scene.material_names()[scene.slot(prim) as usize],
+                format::length(pick.hit.t)
             );
         }
         None => text += "    nothing",
     }
-    tag(ui, painter, painter.clip_rect().left_bottom(), &text);
+    let rect = tag(ui, painter, painter.clip_rect().left_bottom(), &text);
+    let place = ui.interact(rect, ui.scope_id().with("readout"), Sense::hover());
+    place.widget_info(|| WidgetInfo::labeled(Role::Label, true, &text));
+}
+
+/// Linear light of a pixel and its standard error.
+fn radiance(pixel: &Pixel) -> String {
+    let numbers = |v: Vec3| v.to_array().map(format::short).join(" ");
+    let mut text = format!("RGB {}", numbers(pixel.mean));
+    if let Some(error) = pixel.error {
+        text += &format!(" ± {}", numbers(error));
+    }
+    if pixel.invalid > 0 {
+        text += &format!("    {}", format::counted(pixel.invalid, "invalid sample"));
+    }
+    text
 }
 
 #[cfg(test)]

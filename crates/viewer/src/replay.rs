@@ -64,7 +64,17 @@ pub fn tone_options(tone: ToneMap) -> String {
     if tone == ToneMap::default() {
         return String::new();
     }
-    format!(" --exposure={} --tone {}", tone.exposure, tone.curve)
+    tone_words(tone)
+}
+
+/// The options of a tone map, each after a space.
+pub fn tone_words(tone: ToneMap) -> String {
+    let ToneMap {
+        exposure,
+        offset,
+        curve,
+    } = tone;
+    format!(" --exposure={exposure} --tone {curve} --offset={offset}")
 }
 
 /// One word of a POSIX shell.

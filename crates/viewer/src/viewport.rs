@@ -3,11 +3,13 @@
 use egui::{Color32, Pos2, Rect, Sense, TextureHandle, TextureOptions, Ui, Vec2, WidgetInfo};
 use lightbox_core::settings::MAX_SIZE;
 
+use crate::aov::Scope;
 use crate::gestures::Gestures;
+use crate::legend;
 use crate::model::{Model, PictureSize};
 use crate::overlay::{self, Overlay};
 use crate::panels::format;
-use crate::session::{Snapshot, Status};
+use crate::session::{Session, Snapshot, Status};
 
 /// Most pixels of a picture sized by the window: some hundred megabytes of film.
 const MOST_PIXELS: f32 = (1 << 22) as f32;
@@ -46,6 +48,7 @@ impl Viewport {
         &mut self,
         ui: &mut Ui,
         model: &mut Model,
+        session: &Session,
         status: &Status,
         snapshot: Option<&Snapshot>,
     ) {
@@ -92,7 +95,15 @@ impl Viewport {
         } else if self.gestures.is_limited {
             overlay::tag(ui, &painter, space.left_top(), "as far as the camera goes");
         }
-        overlay::readout(ui, &painter, &response, rect, scene, model, snapshot);
+        if snapshot.past.is_none() {
+            let (eye, settings) = (model.desc.camera.eye, &model.desc.render);
+            let size = [settings.width, settings.height];
+            let reference = status.reference.as_deref().filter(|r| r.size() == size);
+            let scope = Scope::new(scene, eye, settings.samples, model.tone, reference);
+            legend::show(ui, space, snapshot.aov, &scope);
+        }
+        let film = |pixel| snapshot.past.is_none().then(|| session.pixel(pixel))?;
+        overlay::readout(ui, &painter, &response, rect, scene, model, film);
     }
 
     /// Sets the picture's size, at once for a new file and otherwise when the window is at rest.

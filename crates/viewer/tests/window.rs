@@ -24,7 +24,7 @@ const SAMPLES_Y: i32 = 181;
 const DEPTH_Y: i32 = 284;
 const RADIUS_Y: i32 = 353;
 const EXPOSURE_Y: i32 = 525;
-const MIRROR_Y: i32 = 673;
+const MIRROR_Y: i32 = 696;
 const TEDDY: (i32, i32) = (485, 400);
 
 /// Processes that end with the test, and the folder they work in.

@@ -20,6 +20,7 @@ pub fn images(bytes: &[u8]) {
     };
     let tone = ToneMap {
         exposure: draw.any(),
+        offset: draw.any(),
         curve: draw.of(&ToneCurve::ALL),
     };
     let folder = tempfile::tempdir().expect("a folder");

@@ -155,7 +155,7 @@ impl Film {
     /// Mean of a pixel, and the difference of its halves scaled so that its square estimates the
     /// mean's variance; `None` where a half has no sample.
     #[inline]
-    fn halves(&self, cells: &[Cell]) -> Option<(DVec3, DVec3)> {
+    pub(super) fn halves(&self, cells: &[Cell]) -> Option<(DVec3, DVec3)> {
         let (even, odd) = cells.split_at(cells.len() / 2);
         let count = |half: &[Cell]| half.iter().map(|c| c.count).sum::<u64>() as f64;
         let (n0, n1) = (count(even), count(odd));

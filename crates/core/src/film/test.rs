@@ -118,3 +118,43 @@ fn splats_land_in_any_order() {
         "{error:?}"
     );
 }
+
+#[test]
+fn a_pixel_is_what_is_developed_there() {
+    let (width, height) = (50, 37);
+    let film = Film::new(width, height, &FilterSampler::new(Filter::default()));
+    assert_eq!(film.pixel([0, 0]), None);
+    for i in 0..film.tiles() {
+        let (mut batch, _) = film.batch(i);
+        let rect = batch.rect;
+        for (x, y) in (0..rect.height).flat_map(|y| (0..rect.width).map(move |x| (x, y))) {
+            let radiance = Vec3::new((rect.x + x) as f32, (rect.y + y) as f32, 0.5);
+            batch.add([x, y], 0, 0, radiance);
+            // As far off in the other half, and once no radiance at all.
+            batch.add([x, y], 1, 0, radiance + 4.0);
+            let is_odd = (rect.x + x, rect.y + y) == (31, 17);
+            batch.add([x, y], 2, 0, if is_odd { Vec3::NAN } else { radiance });
+        }
+        assert!(film.merge(i, &batch, 0, 3));
+        assert_eq!((film.rect(i), film.tile_samples(i)), (rect, 3));
+    }
+    let image = film.develop();
+    for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {
+        let pixel = film.pixel([x, y]).expect("samples");
+        assert_eq!(pixel.mean, image.pixels[(y * width + x) as usize]);
+        assert_eq!(pixel.samples, 3);
+        assert_eq!(pixel.invalid, u64::from([x, y] == [31, 17]));
+        let error = pixel.error.expect("both halves");
+        // Of 2 and 1 samples: the difference by the root of 2 over 3.
+        let near_odd = x.abs_diff(31) < 2 && y.abs_diff(17) < 2;
+        let right = 4.0 * 2f32.sqrt() / 3.0;
+        assert!(
+            near_odd || (error - right).abs().max_element() < 1e-5,
+            "{error}"
+        );
+    }
+    assert_eq!(film.pixel([width, 0]), None);
+    assert_eq!(film.pixel([0, height]), None);
+    let invalid: u64 = (0..film.tiles()).flat_map(|i| film.tile_invalid(i)).sum();
+    assert_eq!(invalid, film.invalid().0);
+}

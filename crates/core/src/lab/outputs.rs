@@ -36,8 +36,8 @@ pub(super) fn colors() -> Vec<Figure> {
     };
     let wrong_naive = table.iter().filter(|(x, shown)| naive(*x) != *shown);
     let filmic = ToneMap {
-        exposure: 0.0,
         curve: ToneCurve::Filmic,
+        ..ToneMap::default()
     };
     let unclamped = [f32::MAX, f32::INFINITY]
         .iter()

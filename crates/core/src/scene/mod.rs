@@ -345,6 +345,11 @@ impl Scene {
         self.primitives().slots[prim as usize]
     }
 
+    /// Name of the material in each slot; several slots may have one in common.
+    pub fn material_names(&self) -> &[String] {
+        &self.material_names
+    }
+
     /// The material of a slot as it stands, or would have to stand, in the description: putting
     /// an edited copy there (replacing the one of that name) changes the slot.
     pub fn slot_material(&self, slot: u32) -> MaterialDesc {

@@ -12,7 +12,7 @@ use lightbox_core::{Scene, SceneDesc, image_io};
 
 use super::{open, print_warnings, table};
 use crate::args::SubmitArgs;
-use crate::replay::{quoted, words};
+use crate::replay::{quoted, tone_words, words};
 
 /// The scripts, and where they go.
 struct Jobs {
@@ -200,7 +200,7 @@ fn render(args: &SubmitArgs, lightbox: &str, scene: &Scene, tone: ToneMap, home:
     let (each, rest) = (samples / args.slices, samples % args.slices);
     let mut options = words(scene.path(), scene.desc(), "--samples $start..$end");
     // Spelt out, as a saved picture may have a tone of its own.
-    options += &format!(" --exposure={} --tone {}", tone.exposure, tone.curve);
+    options += &tone_words(tone);
     if scene.desc().render.full_model {
         options += " --full-model"; // The picture's text holds it.
     }

@@ -1,14 +1,14 @@
 //! From light to screen: nothing here touches the samples.
 
-use egui::Ui;
+use egui::{Context, Ui};
 use lightbox_core::color::ToneCurve;
 
-use super::format::percent;
 use super::widgets::{KEEPS, choice, labelled, row, section, slider};
+use crate::aov::Aov;
+use crate::keys::{self, Action};
 use crate::model::Model;
-use crate::session::{ERRORS, error_color};
 
-/// Exposure, tone curve and error map.
+/// Exposure, tone curve and what pixels show.
 pub fn display_ui(ui: &mut Ui, model: &mut Model) {
     section(ui, "Display", true, |ui| {
         let tip =
@@ -20,6 +20,16 @@ pub fn display_ui(ui: &mut Ui, model: &mut Model) {
                     .fixed_decimals(1),
             )
         });
+        let tip = format!(
+            "Added after exposure, in shares of white. O and Shift+O; N fits both to the picture, R takes both back. {KEEPS}"
+        );
+        row(ui, "Offset", &tip, |ui| {
+            ui.add(
+                slider(&mut model.tone.offset, -1.0..=1.0)
+                    .step_by(0.01)
+                    .fixed_decimals(2),
+            )
+        });
         let tip = format!("Linear clips what is too bright; filmic bends it gently. {KEEPS}");
         choice(
             ui,
@@ -28,35 +38,31 @@ pub fn display_ui(ui: &mut Ui, model: &mut Model) {
             &mut model.tone.curve,
             &ToneCurve::ALL,
         );
-        let tip = format!(
-            "Estimated relative error (noise, not bias) of each pixel, pooled with its neighbours, instead of its light. F6. {KEEPS}"
-        );
-        labelled(ui, "Error map", &tip, |ui| {
-            ui.checkbox(&mut model.shows_error, "")
-                .on_hover_text(&tip)
-                .accessible_name("Error map");
-            if model.shows_error {
-                scale(ui);
-            }
-        });
+        aov(ui, &mut model.aov);
     });
 }
 
-/// The colours of errors, with numbers at both ends.
-fn scale(ui: &mut Ui) {
-    let [low, high] = ERRORS;
-    ui.weak(percent(f64::from(low)));
-    let room = egui::vec2(56.0, ui.spacing().interact_size.y * 0.6);
-    let (rect, _) = ui.allocate_exact_size(room, egui::Sense::hover());
-    let steps = room.x as u16;
-    for i in 0..steps {
-        let along = f32::from(i) / f32::from(steps - 1);
-        let [r, g, b] = error_color(low * (high / low).powf(along));
-        let left = rect.left() + f32::from(i);
-        let x = egui::Rangef::new(left, left + 1.0);
-        let strip = egui::Rect::from_x_y_ranges(x, rect.y_range());
-        ui.painter()
-            .rect_filled(strip, 0.0, egui::Color32::from_rgb(r, g, b));
-    }
-    ui.weak(percent(f64::from(high)));
+fn aov(ui: &mut Ui, chosen: &mut Aov) {
+    let tip = format!("What pixels show: light, or something else about them. {KEEPS}");
+    labelled(ui, "View", &tip, |ui| {
+        let combo = egui::ComboBox::from_id_salt("view")
+            .selected_text(chosen.name())
+            .height(400.0)
+            .width(ui.available_width());
+        let response = combo.show_ui(ui, |ui| {
+            for aov in Aov::all() {
+                let label = egui::Button::selectable(*chosen == aov, aov.name())
+                    .shortcut_text(key(ui.ctx(), aov));
+                if ui.add(label).on_hover_text(aov.tip()).clicked() {
+                    *chosen = aov;
+                }
+            }
+        });
+        let response = response.response.on_hover_text(&tip);
+        response.accessible_name("View");
+    });
+}
+
+fn key(ctx: &Context, aov: Aov) -> String {
+    keys::text(ctx, &Action::Show(aov))
 }

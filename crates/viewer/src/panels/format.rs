@@ -126,6 +126,23 @@ pub fn length(x: f32) -> String {
     format!("{x:.decimals$}")
 }
 
+/// A number with up to three digits, without trailing zeros: `0.0312`, `16`, `1.5e-7`.
+pub fn short(x: f32) -> String {
+    let magnitude = x.abs();
+    if magnitude != 0.0 && !(1e-4..1e6).contains(&magnitude) {
+        return format!("{x:.1e}");
+    }
+    let decimals = match magnitude {
+        0.0 => 0,
+        m => (2 - m.log10().floor() as i32).max(0) as usize,
+    };
+    let text = format!("{x:.decimals$}");
+    if decimals == 0 {
+        return text;
+    }
+    text.trim_end_matches('0').trim_end_matches('.').to_owned()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -180,6 +197,10 @@ mod tests {
         assert_eq!(
             [3.24159, 12.3456, 123.45, 1234.5, 0.0, 1e-5].map(length),
             ["3.242", "12.35", "123.4", "1234", "0.000", "1.00e-5"]
+        );
+        assert_eq!(
+            [0.03125, 16.0, -1.5, 100.0, 1e-7, 0.0].map(short),
+            ["0.0312", "16", "-1.5", "100", "1.0e-7", "0"]
         );
     }
 }

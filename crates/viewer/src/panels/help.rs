@@ -2,7 +2,7 @@
 
 use egui::{Align2, Context, KeyboardShortcut, Window};
 
-use crate::keys::{GESTURES, KEYS};
+use crate::keys::{self, GESTURES};
 
 /// Shows the list while `open`.
 pub fn help_ui(ctx: &Context, open: &mut bool) {
@@ -25,17 +25,17 @@ pub fn help_ui(ctx: &Context, open: &mut bool) {
                         ui.label(*text);
                         ui.end_row();
                     }
-                    for (_, _, action, text) in KEYS {
+                    for (_, _, action, text) in keys::all() {
                         if text.is_empty() {
                             continue;
                         }
                         // An action may have several keys; one line describes them.
-                        let same = KEYS.iter().filter(|(_, _, a, _)| a == action);
+                        let same = keys::all().filter(|(_, _, a, _)| *a == action);
                         let names: Vec<String> = same
-                            .map(|(m, k, _, _)| ctx.format_shortcut(&KeyboardShortcut::new(*m, *k)))
+                            .map(|(m, k, _, _)| ctx.format_shortcut(&KeyboardShortcut::new(m, k)))
                             .collect();
                         ui.strong(names.join(" or ").replace("Questionmark", "?"));
-                        ui.label(*text);
+                        ui.label(text);
                         ui.end_row();
                     }
                 });

@@ -18,6 +18,7 @@ use super::look::Look;
 use super::picture::Picture;
 use super::preview::Governor;
 use super::{Activity, Inbox, Kept, Loaded, Reference, Referring, Shared, Shown, Snapshot, lock};
+use crate::aov::Aov;
 use crate::savings::{Savings, Trial};
 
 struct Engine<'a> {
@@ -256,6 +257,7 @@ impl Engine<'_> {
                 picture: size,
                 preview: None,
                 past: Some(*point),
+                aov: Aov::COLOR,
                 number: self.snapshots,
             })
         });
@@ -422,7 +424,7 @@ impl Engine<'_> {
                 (self.trial, self.savings) = (None, None);
                 let mut picture = Picture::new(view, self.desc.camera, &self.governor);
                 picture.refer(self.reference.clone());
-                self.stale |= taken.is_some();
+                self.stale |= taken.is_some() || self.look.aov.is_of_surfaces();
                 if let Some(taken) = taken {
                     picture.take_up(taken);
                     let (path, film) = (picture.view.scene.path().to_owned(), &picture.film);
@@ -470,12 +472,14 @@ impl Engine<'_> {
         let (stale, look) = (std::mem::take(&mut self.stale), self.look);
         let (governor, cancel) = (&mut self.governor, &self.shared.cancel);
         let (trial, savings) = (&mut self.trial, &mut self.savings);
+        let mut redraws = false;
         let snapshot = match &mut self.picture {
             Some(picture) if has_work => self.pool.install(|| {
                 if picture.has_previews() {
                     picture.preview(governor, cancel, look)
                 } else if stale {
-                    Some(picture.redraw(look))
+                    redraws = true;
+                    picture.redraw(look, cancel)
                 } else if let Some(trial) = trial {
                     trial.round(cancel);
                     *savings = trial.savings();
@@ -489,13 +493,13 @@ impl Engine<'_> {
         if self.savings.is_some() {
             self.trial = None;
         }
-        let is_new = snapshot.is_some();
+        self.stale |= stale && !(redraws && snapshot.is_some());
         let snapshot = snapshot.map(|snapshot| {
             self.snapshots += 1;
             let number = self.snapshots;
             Arc::new(Snapshot { number, ..snapshot })
         });
-        if is_new {
+        if has_work {
             self.record();
         }
         self.tend(false);

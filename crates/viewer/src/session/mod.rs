@@ -28,6 +28,7 @@ use std::thread::JoinHandle;
 use lightbox_core::SceneDesc;
 use lightbox_core::color::ToneMap;
 use lightbox_core::compare::check_size;
+use lightbox_core::film::Pixel;
 use lightbox_core::part;
 use lightbox_core::scene::{self, Scene, Source};
 
@@ -38,7 +39,7 @@ use keeper::Taken;
 
 pub use budget::Budget;
 pub use history::{History, Moment, Point, Run};
-pub use look::{ERRORS, Look, error_color};
+pub use look::Look;
 pub use reference::Reference;
 use shown::Shown;
 pub use status::{Activity, Notice, Snapshot, Status};
@@ -129,6 +130,8 @@ struct Outbox {
     notices: Vec<Notice>,
     shown: Option<Shown>,
     look: Look,
+    /// A tone map that fits the picture, for the window.
+    fitted: Option<ToneMap>,
     /// The file being opened.
     opening: Option<Loading>,
     /// The accelerator being built for edited shapes.
@@ -274,9 +277,35 @@ impl Session {
         self.shared.send(false, |inbox| inbox.look = Some(look));
     }
 
+    /// Has exposure and offset fitted to the picture in the background.
+    pub fn fit_tone(&self) {
+        let (shown, tone) = {
+            let outbox = lock(&self.shared.outbox);
+            (outbox.shown.clone(), outbox.look.tone)
+        };
+        let Some(shown) = shown else { return };
+        let shared = self.shared.clone();
+        self.spawn("lightbox-tone", move || {
+            let fitted = tone.fitted(&shown.film.develop().pixels);
+            lock(&shared.outbox).fitted = Some(fitted);
+            (shared.wake)();
+        });
+    }
+
+    /// The tone map that [`Session::fit_tone`] has found, once.
+    pub fn take_fitted_tone(&self) -> Option<ToneMap> {
+        lock(&self.shared.outbox).fitted.take()
+    }
+
     /// The newest picture.
     pub fn snapshot(&self) -> Option<Arc<Snapshot>> {
         lock(&self.shared.outbox).snapshot.clone()
+    }
+
+    /// What is known by now of a pixel of the picture in the making.
+    pub fn pixel(&self, at: [u32; 2]) -> Option<Pixel> {
+        let film = lock(&self.shared.outbox).shown.as_ref()?.film.clone();
+        film.pixel(at)
     }
 
     /// The error curves.

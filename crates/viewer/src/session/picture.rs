@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use lightbox_core::compare::{check_size, relative_square};
-use lightbox_core::film::{Developed, ErrorEstimate, Light, Lost, TileError};
+use lightbox_core::film::{Developed, ErrorEstimate, Light, Lost, TileError, TileRect};
 use lightbox_core::forecast::Span;
 use lightbox_core::image_io::tone_mapped;
 use lightbox_core::scene::CameraDesc;
@@ -21,6 +21,7 @@ use super::keeper::Taken;
 use super::look::Look;
 use super::preview::{Governor, enlarge};
 use super::{Reference, Snapshot};
+use crate::aov::Scope;
 use crate::pace::{FIRST_CHECK, Limits, Progress};
 use crate::spent::{NEGLIGIBLE, Spent};
 
@@ -65,6 +66,8 @@ pub(super) struct Picture {
     reference: Option<Arc<Reference>>,
     /// Each tile's share of the error against it.
     true_errors: Vec<Option<f64>>,
+    /// Whether anything of it was shown.
+    is_shown: bool,
     /// How long it took to show the last slice.
     showing: Duration,
     /// Where the light comes from, as of the last pass that measured it.
@@ -93,6 +96,7 @@ impl Picture {
             backdrop: None,
             goal: 0,
             rgb: Vec::new(),
+            is_shown: false,
             showing: Duration::ZERO,
             light: Light::default(),
             overhead: [Duration::ZERO; 2],
@@ -189,25 +193,37 @@ impl Picture {
         let view = View::new(self.view.scene.clone(), &self.camera, settings).ok()?;
         let film = view.film();
         let never = AtomicBool::new(false);
-        let is_first = self.backdrop.is_none();
-        let start = Instant::now();
-        let work = view.render(&film, 1, if is_first { &never } else { cancel });
-        if film.samples() == 0 {
-            return None;
-        }
-        governor.measured(start.elapsed(), work.paths);
-        let image = film.develop();
-        let snapshot = Snapshot {
-            size: [image.width as usize, image.height as usize],
-            rgb: tone_mapped(&image, look.tone),
+        let cancel = if self.is_shown { cancel } else { &never };
+        let size = film.size().map(|n| n as usize);
+        let rgb = if look.aov.is_of_surfaces() {
+            let all = 0..film.tiles();
+            let drawn = paint(look, &self.scope(look), &view, &film, all, cancel)?;
+            let mut rgb = vec![0; 3 * size[0] * size[1]];
+            put(&mut rgb, size[0], drawn);
+            rgb
+        } else {
+            let start = Instant::now();
+            let work = view.render(&film, 1, cancel);
+            if film.samples() == 0 {
+                return None;
+            }
+            governor.measured(start.elapsed(), work.paths);
+            let image = film.develop();
+            let rgb = tone_mapped(&image, look.tone);
+            self.backdrop = Some((image, scale));
+            rgb
+        };
+        self.is_shown = true;
+        self.rgb.clear();
+        Some(Snapshot {
+            size,
+            rgb,
             picture: self.size(),
             preview: Some(scale),
             past: None,
+            aov: look.aov,
             number: 0,
-        };
-        self.backdrop = Some((image, scale));
-        self.rgb.clear();
-        Some(snapshot)
+        })
     }
 
     /// Adds samples for about [`SLICE`]; nothing to show if it was interrupted.
@@ -220,7 +236,7 @@ impl Picture {
         let have = self.film.samples();
         let tiles = self.next_tiles(have, governor);
         // Without a preview this is the first picture after a wish, see there.
-        let is_first = have == 0 && self.backdrop.is_none();
+        let is_first = have == 0 && !self.is_shown;
         let never = AtomicBool::new(false);
         let cancel = if is_first { &never } else { cancel };
         let start = Instant::now();
@@ -238,7 +254,11 @@ impl Picture {
         }
         self.next_tile = tiles.end;
         let start = Instant::now();
-        self.draw(tiles.clone(), look);
+        // Surfaces stand there already.
+        let is_drawn = !look.aov.is_of_surfaces();
+        if is_drawn {
+            self.draw(tiles.clone(), look, &never);
+        }
         self.overhead[1] += start.elapsed();
         // Splats come to tiles until the pass ends.
         if self.measures && !self.film.takes_splats() {
@@ -247,9 +267,9 @@ impl Picture {
         if self.next_tile == self.film.tiles() {
             self.pass_done(look);
         }
-        let snapshot = self.snapshot();
+        let snapshot = is_drawn.then(|| self.snapshot(look));
         self.showing = start.elapsed();
-        Some(snapshot)
+        snapshot
     }
 
     fn pass_done(&mut self, look: Look) {
@@ -257,8 +277,8 @@ impl Picture {
         let all = 0..self.film.tiles();
         let is_last = self.limits.next(&self.progress).is_err();
         let is_changed = self.film.takes_splats();
-        if is_last && is_changed {
-            self.draw(all.clone(), look);
+        if is_last && is_changed && !look.aov.is_of_surfaces() {
+            self.draw(all.clone(), look, &AtomicBool::new(false));
         }
         // The last picture is measured in any case.
         if (is_last && !self.measures) || (self.measures && is_changed) {
@@ -324,20 +344,23 @@ impl Picture {
         self.next_tile..tiles.min(self.next_tile.saturating_add(count.max(least)))
     }
 
-    /// Shows and measures all there is once more, with another look or reference.
-    pub fn redraw(&mut self, look: Look) -> Snapshot {
+    /// Shows and measures all there is once more, with another look or reference; nothing if it was
+    /// interrupted.
+    pub fn redraw(&mut self, look: Look, cancel: &AtomicBool) -> Option<Snapshot> {
         let all = 0..self.film.tiles();
+        let never = AtomicBool::new(false);
+        let takes_long = look.aov.is_of_surfaces() && self.is_shown;
         self.rgb.clear();
-        self.draw(all.clone(), look);
+        self.draw(all.clone(), look, if takes_long { cancel } else { &never })?;
         self.measure(all);
         if self.next_tile == self.film.tiles() {
             self.measured = self.film.samples();
         }
-        self.snapshot()
+        Some(self.snapshot(look))
     }
 
-    /// Brings some tiles of what is shown up to date.
-    fn draw(&mut self, tiles: Range<usize>, look: Look) {
+    /// Brings some tiles of what is shown up to date; `None` if it was interrupted.
+    fn draw(&mut self, tiles: Range<usize>, look: Look, cancel: &AtomicBool) -> Option<()> {
         let [width, height] = self.film.size();
         if self.rgb.is_empty() {
             self.rgb = match &self.backdrop {
@@ -347,25 +370,36 @@ impl Picture {
                 None => vec![0; 3 * width as usize * height as usize],
             };
         }
-        let film = &self.film;
-        let drawn: Vec<_> = tiles
-            .into_par_iter()
-            .filter_map(|i| look.tile(film, i))
-            .collect();
-        for (rect, rgb) in drawn {
-            for (y, row) in (rect.y..).zip(rgb.chunks_exact(rect.width as usize)) {
-                let start = 3 * (y * width + rect.x) as usize;
-                self.rgb[start..start + 3 * row.len()].copy_from_slice(row.as_flattened());
-            }
-        }
+        let drawn = paint(
+            look,
+            &self.scope(look),
+            &self.view,
+            &self.film,
+            tiles,
+            cancel,
+        )?;
+        put(&mut self.rgb, width as usize, drawn);
+        self.is_shown = true;
+        Some(())
+    }
+
+    fn scope(&self, look: Look) -> Scope<'_> {
+        let View {
+            scene,
+            camera,
+            settings,
+            ..
+        } = &self.view;
+        let reference = self.reference.as_deref();
+        Scope::new(scene, camera.eye(), settings.samples, look.tone, reference)
     }
 
     fn size(&self) -> [usize; 2] {
         self.film.size().map(|n| n as usize)
     }
 
-    fn snapshot(&self) -> Snapshot {
-        let is_covered = self.film.samples() > 0;
+    fn snapshot(&self, look: Look) -> Snapshot {
+        let is_covered = self.film.samples() > 0 || look.aov.is_of_surfaces();
         Snapshot {
             size: self.size(),
             rgb: self.rgb.clone(),
@@ -375,7 +409,38 @@ impl Picture {
                 .flatten()
                 .map(|(_, scale)| *scale),
             past: None,
+            aov: look.aov,
             number: 0,
+        }
+    }
+}
+
+/// sRGB of the pixels of a tile.
+type Painted = (TileRect, Vec<[u8; 3]>);
+
+/// The colours of some tiles of a picture; `None` if it was interrupted.
+fn paint(
+    look: Look,
+    scope: &Scope<'_>,
+    view: &View,
+    film: &Film,
+    tiles: Range<usize>,
+    cancel: &AtomicBool,
+) -> Option<Vec<Painted>> {
+    let drawn = tiles
+        .into_par_iter()
+        .filter(|_| !cancel.load(Ordering::Relaxed))
+        .filter_map(|i| look.aov.tile(scope, view, film, i));
+    let drawn = drawn.collect();
+    (!cancel.load(Ordering::Relaxed)).then_some(drawn)
+}
+
+/// Puts tiles where they belong in a picture of some width.
+fn put(rgb: &mut [u8], width: usize, tiles: Vec<Painted>) {
+    for (rect, pixels) in tiles {
+        for (y, row) in (rect.y as usize..).zip(pixels.chunks_exact(rect.width as usize)) {
+            let start = 3 * (y * width + rect.x as usize);
+            rgb[start..start + 3 * row.len()].copy_from_slice(row.as_flattened());
         }
     }
 }

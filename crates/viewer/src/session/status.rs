@@ -12,6 +12,7 @@ use lightbox_core::scene::{Phase, Scene};
 use super::budget::Budget;
 use super::history::Point;
 use super::reference::Reference;
+use crate::aov::Aov;
 use crate::savings::Savings;
 use crate::spent::Spent;
 
@@ -29,6 +30,8 @@ pub struct Snapshot {
     pub preview: Option<u32>,
     /// Of a picture as it was: when.
     pub past: Option<Point>,
+    /// What pixels show.
+    pub aov: Aov,
     /// Unlike that of any other snapshot.
     pub number: u64,
 }

@@ -53,12 +53,12 @@ fn exposure_and_tone_shape_a_png_and_leave_an_exr_alone() {
     render("cornell-box", size, &exr);
     render(
         "cornell-box",
-        &format!("{size} --exposure -1.5 --tone filmic"),
+        &format!("{size} --exposure -1.5 --tone filmic --offset 0.1"),
         &same,
     );
     render(
         "cornell-box",
-        &format!("{size} --exposure -1.5 --tone filmic"),
+        &format!("{size} --exposure -1.5 --tone filmic --offset 0.1"),
         &png,
     );
     let measured = read(&exr).unwrap();
@@ -66,6 +66,7 @@ fn exposure_and_tone_shape_a_png_and_leave_an_exr_alone() {
     let tone = ToneMap {
         exposure: -1.5,
         curve: ToneCurve::Filmic,
+        offset: 0.1,
     };
     assert_eq!(read(&png).unwrap(), as_shown(&measured, tone));
 }
@@ -107,7 +108,7 @@ fn the_replay_line_makes_the_same_picture_again() {
     );
     let camera = "--eye -0.1,273.3,-799.9 --target 278,273,1e-3 --up 0.1,1,-0 --fov 33.37";
     let other = "--depth unlimited --filter mitchell:1.7 --method naive --accel kdtree --sampler independent --seed 9223372036854775807";
-    let looks = format!("{camera} {other} --exposure -1.3 --tone filmic");
+    let looks = format!("{camera} {other} --exposure -1.3 --tone filmic --offset -0.05");
     for (i, (name, options)) in [
         ("png", ""),
         ("exr", ""),

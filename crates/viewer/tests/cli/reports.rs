@@ -37,6 +37,7 @@ fn help_names_every_command_and_option() {
         "--full-model",
         "--threads",
         "--exposure",
+        "--offset",
         "--tone",
         "--eye",
         "--target",

@@ -6,6 +6,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use glam::Vec3;
+use lightbox::aov::Aov;
 use lightbox::session::{Activity, Look, Session, Status};
 use lightbox_core::color::{ToneCurve, ToneMap};
 use lightbox_core::filter::{Filter, FilterKind};
@@ -42,9 +43,10 @@ pub fn session(bytes: &[u8]) {
             }
             2 => session.set_paused(draw.below(2) == 0),
             3 => {
-                let shows_error = draw.below(2) == 0;
+                let aovs: Vec<Aov> = Aov::all().collect();
+                let aov = draw.of(&aovs);
                 let tone = tone(&mut draw);
-                session.set_look(Look { tone, shows_error });
+                session.set_look(Look { tone, aov });
             }
             4 => session.save(folder.path().join(draw.of(&[
                 "a.png",
@@ -91,7 +93,7 @@ pub fn session(bytes: &[u8]) {
     let tone = tone(&mut draw);
     session.set_look(Look {
         tone,
-        shows_error: false,
+        aov: Aov::COLOR,
     });
 
     wait(&session, |s| {
@@ -236,6 +238,7 @@ fn edit(draw: &mut Draw, desc: &mut SceneDesc) {
 fn tone(draw: &mut Draw) -> ToneMap {
     ToneMap {
         exposure: draw.unit(),
+        offset: draw.unit() - 0.5,
         curve: draw.of(&ToneCurve::ALL),
     }
 }

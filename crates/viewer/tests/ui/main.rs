@@ -12,4 +12,5 @@ mod plan;
 mod race;
 mod settings;
 mod undo;
+mod views;
 mod window;

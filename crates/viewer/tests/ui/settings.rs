@@ -5,7 +5,7 @@ use std::time::Duration;
 use egui::accesskit::Role;
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable as _;
-use lightbox::session::{Activity, Snapshot, error_color};
+use lightbox::session::{Activity, Snapshot};
 use lightbox_core::settings::UNLIMITED;
 use lightbox_core::{AccelKind, FilterKind, Method, SamplerKind};
 
@@ -31,30 +31,6 @@ fn exposure_and_tone_curve_keep_the_samples() {
         (after.samples, after.seconds, after.rays),
         (before.1.samples, before.1.seconds, before.1.rays)
     );
-}
-
-#[test]
-fn the_error_map_takes_the_place_of_the_light_and_goes_again() {
-    let mut window = Window::open(SCENE);
-    let (samples, light) = (window.status().samples, window.snapshot().rgb.clone());
-    let space = |w: &Window| w.harness.get_by_label("Picture").rect();
-    let before = space(&window);
-    window.key(Modifiers::NONE, Key::F6);
-    window.wait("the map", |w| w.snapshot().rgb != light);
-    // A wider panel would start the picture anew.
-    assert_eq!(space(&window), before);
-    let map = window.snapshot();
-    let is_on_scale = |rgb: &[u8]| {
-        let near = |color: [u8; 3]| color.iter().zip(rgb).all(|(a, b)| a.abs_diff(*b) <= 1);
-        (0..=3000).any(|i| near(error_color(1e-3 * 10f32.powf(i as f32 / 1000.0))))
-    };
-    assert!(map.rgb.chunks(3).all(is_on_scale));
-    let tick = window
-        .harness
-        .get_by_role_and_label(Role::CheckBox, "Error map");
-    tick.click();
-    window.wait("the light", |w| w.snapshot().rgb == light);
-    assert_eq!(window.status().samples, samples);
 }
 
 #[test]

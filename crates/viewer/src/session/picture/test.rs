@@ -4,6 +4,7 @@ use lightbox_core::color::ToneMap;
 use lightbox_core::scene;
 
 use super::*;
+use crate::aov::Aov;
 
 /// A picture of 4×4 tiles, and a governor that takes it for very slow.
 fn picture(samples: u64) -> (Picture, Governor) {
@@ -32,9 +33,10 @@ fn on_two_threads<T: Send>(run: impl FnOnce() -> T + Send) -> T {
 const LOOK: Look = Look {
     tone: ToneMap {
         exposure: 0.5,
+        offset: 0.0,
         curve: lightbox_core::color::ToneCurve::Filmic,
     },
-    shows_error: false,
+    aov: Aov::COLOR,
 };
 
 #[test]
@@ -56,7 +58,7 @@ fn a_preview_is_named_until_the_film_covers_the_picture() {
         let half = picture.slice(&mut governor, &go_on, LOOK).expect("shown");
         assert_eq!((half.preview, half.size), (Some(2), [64, 64]));
         assert!(half.rgb[..16 * 3] == preview[..16 * 3] && half.rgb != preview);
-        let redrawn = picture.redraw(LOOK);
+        let redrawn = picture.redraw(LOOK, &go_on).expect("shown");
         assert!(redrawn.rgb == half.rgb && redrawn.preview == Some(2));
         let mut last = half;
         while !picture.is_done() {
@@ -134,7 +136,7 @@ fn the_last_picture_is_measured() {
         picture.limits.samples = Some(picture.film.samples());
         assert!(picture.is_done() && !picture.is_measured());
         assert_ne!(picture.error(), picture.film.error());
-        picture.redraw(LOOK);
+        picture.redraw(LOOK, &go_on).expect("shown");
         assert!(picture.is_measured() && picture.point().is_some());
         assert_eq!(picture.error(), picture.film.error());
     });

@@ -1,0 +1,217 @@
+//! What pixels can show, and what is told of the one under the pointer.
+
+use egui::accesskit::Role;
+use egui::{Key, Modifiers, Vec2};
+use egui_kittest::kittest::{NodeT as _, Queryable as _};
+use lightbox::aov::{Aov, error_color};
+
+use crate::window::{SCENE, Window};
+
+fn aov(name: &str) -> Aov {
+    Aov::all().find(|aov| aov.name() == name).expect("a view")
+}
+
+/// Presses the key of a view and waits until it is shown.
+fn show(window: &mut Window, name: &str) -> Vec<u8> {
+    let (modifiers, key) = aov(name).keys();
+    window.key(modifiers, key);
+    shown(window, name)
+}
+
+fn shown(window: &mut Window, name: &str) -> Vec<u8> {
+    window.wait(name, |w| {
+        let snapshot = w.snapshot();
+        snapshot.aov == aov(name) && snapshot.preview.is_none()
+    });
+    window.snapshot().rgb.clone()
+}
+
+/// The colour shown at shares of the picture's width and height.
+fn color_at(window: &Window, x: f32, y: f32) -> [u8; 3] {
+    let snapshot = window.snapshot();
+    let [width, height] = snapshot.size.map(|n| n as f32);
+    let start = 3 * ((y * height) as usize * snapshot.size[0] + (x * width) as usize);
+    std::array::from_fn(|c| snapshot.rgb[start + c])
+}
+
+/// Clicks an entry of the open list: the last button of its name, which a key may follow.
+fn click_entry(window: &Window, name: &str) {
+    let is_named = |n: &egui_kittest::Node<'_>| {
+        let label = n.accesskit_node().label().unwrap_or_default();
+        label == name || label.starts_with(&format!("{name} "))
+    };
+    let mut buttons = window.harness.get_all_by_role(Role::Button);
+    buttons.rfind(is_named).expect("an entry").click();
+}
+
+#[test]
+fn every_view_has_its_key_and_its_entry_and_goes_again() {
+    let mut window = Window::open(SCENE);
+    let (samples, light) = (window.status().samples, window.snapshot().rgb.clone());
+    let space = |w: &Window| w.harness.get_by_label("Picture").rect();
+    let before = space(&window);
+    for aov in Aov::all().filter(|aov| *aov != Aov::COLOR) {
+        let name = aov.name();
+        let by_key = show(&mut window, name);
+        // There is nothing to compare with.
+        assert_eq!(by_key == light, name == "difference", "{name}");
+        // A wider panel would start the picture anew.
+        assert_eq!(space(&window), before);
+        let (modifiers, key) = aov.keys();
+        window.key(modifiers, key);
+        assert!(shown(&mut window, "colour") == light, "{name}");
+        // By the pointer, and back by the key of the light.
+        let combo = window.harness.get_by_role_and_label(Role::ComboBox, "View");
+        combo.click();
+        window.harness.run_steps(2);
+        click_entry(&window, name);
+        window.harness.run_steps(2);
+        assert!(shown(&mut window, name) == by_key, "{name}");
+        assert!(show(&mut window, "colour") == light);
+    }
+    assert_eq!(window.status().samples, samples);
+}
+
+#[test]
+fn noise_is_shown_in_the_colours_of_its_scale() {
+    let mut window = Window::open(SCENE);
+    let map = show(&mut window, "noise");
+    let is_on_scale = |rgb: &[u8]| {
+        let near = |color: [u8; 3]| color.iter().zip(rgb).all(|(a, b)| a.abs_diff(*b) <= 1);
+        (0..=3000).any(|i| near(error_color(1e-3 * 10f32.powf(i as f32 / 1000.0))))
+    };
+    assert!(map.chunks(3).all(is_on_scale));
+    window.harness.get_by_label("0.10 %");
+    window.harness.get_by_label("100 %");
+}
+
+#[test]
+fn surfaces_are_shown_while_the_samples_go_on() {
+    let mut window = Window::open(SCENE);
+    // The ball is in the middle, the wall behind it.
+    show(&mut window, "object");
+    let (ball, wall) = (color_at(&window, 0.5, 0.5), color_at(&window, 0.1, 0.5));
+    assert!(ball != wall);
+    for name in ["ball", "wall", "ceiling lamp"] {
+        window.harness.get_by_label(name);
+    }
+    show(&mut window, "material");
+    assert_eq!(color_at(&window, 0.5, 0.5), color_at(&window, 0.1, 0.5));
+    show(&mut window, "front and back");
+    assert_eq!(color_at(&window, 0.5, 0.5), color_at(&window, 0.1, 0.5));
+    show(&mut window, "depth");
+    let lightness = |[r, g, b]: [u8; 3]| u32::from(r) + u32::from(g) + u32::from(b);
+    let (near, far) = (color_at(&window, 0.5, 0.5), color_at(&window, 0.1, 0.5));
+    assert!(lightness(near) > lightness(far), "{near:?} {far:?}");
+    show(&mut window, "normal");
+    // They face the camera, which looks along −z.
+    let (ball, wall) = (color_at(&window, 0.5, 0.5), color_at(&window, 0.1, 0.5));
+    assert!(
+        ball[2] > 250 && wall == [128, 128, 255],
+        "{ball:?} {wall:?}"
+    );
+    show(&mut window, "albedo");
+    let clay = lightbox_core::color::srgb_from_linear(0.5);
+    assert_eq!(color_at(&window, 0.5, 0.5), [clay; 3]);
+
+    // Another camera shows other surfaces, and its samples are taken behind them.
+    show(&mut window, "object");
+    let before = window.snapshot();
+    let middle = window.at(0.5, 0.5);
+    window.drag(egui::PointerButton::Primary, middle, Vec2::new(40.0, 10.0));
+    window.done();
+    let after = window.snapshot();
+    assert!(after.aov == aov("object") && after.rgb != before.rgb);
+    assert_eq!(window.status().samples, 16);
+}
+
+#[test]
+fn the_difference_is_that_to_the_reference() {
+    let mut window = Window::open(SCENE);
+    show(&mut window, "difference");
+    assert!(
+        window
+            .harness
+            .query_by_label_contains("no reference to compare with")
+            .is_some()
+    );
+    window.harness.state().session().keep_reference();
+    window.wait("a difference to itself", |w| {
+        w.snapshot().rgb.iter().all(|v| *v == 0)
+    });
+    window.set("Samples", 32.0);
+    window.done();
+    let rgb = &window.snapshot().rgb;
+    // Blue where it has become darker, orange where it has become lighter.
+    let [blue, orange] = [2, 0].map(|c| rgb.chunks(3).filter(|p| p[c] > p[2 - c]).count() as f32);
+    assert!(
+        blue > 100.0 && (0.5..2.0).contains(&(blue / orange)),
+        "{blue} {orange}"
+    );
+}
+
+#[test]
+fn the_pixel_under_the_pointer_is_read() {
+    let mut window = Window::open(SCENE);
+    let (on_ball, beside) = (window.at(0.51, 0.51), window.at(0.5, 0.02));
+    window.harness.hover_at(on_ball);
+    window.harness.run_steps(2);
+    let readout = |w: &Window| {
+        let all = w.harness.query_all_by_label_contains("RGB");
+        let text = |n: egui_kittest::Node<'_>| n.accesskit_node().value();
+        all.last().and_then(text).unwrap_or_default()
+    };
+    let text = readout(&window);
+    let pixel = window.harness.state().session().pixel([20, 15]);
+    let pixel = pixel.expect("samples");
+    assert!(text.starts_with("20, 15    RGB "), "{text}");
+    assert!(text.contains("    ball, clay    distance 3.5"), "{text}");
+    let numbers = text.split("RGB ").nth(1).expect("numbers");
+    let numbers: Vec<f32> = numbers
+        .split_whitespace()
+        .take(7)
+        .filter_map(|word| word.parse().ok())
+        .collect();
+    let right = [pixel.mean, pixel.error.expect("an error")];
+    let right = right.map(|v| v.to_array()).concat();
+    assert_eq!(numbers.len(), 6);
+    for (shown, right) in numbers.iter().zip(right) {
+        assert!((shown - right).abs() <= 0.005 * right, "{text}: {right}");
+    }
+    window.harness.hover_at(beside);
+    window.harness.run_steps(2);
+    assert!(
+        readout(&window).contains("    wall, clay    "),
+        "{}",
+        readout(&window)
+    );
+    // Other views do not change what is read.
+    window.harness.hover_at(on_ball);
+    window.key(Modifiers::NONE, Key::F10);
+    shown(&mut window, "normal");
+    assert_eq!(readout(&window), text);
+}
+
+#[test]
+fn exposure_and_offset_have_tev_s_keys() {
+    let mut window = Window::open(SCENE);
+    let tone = |w: &Window| w.harness.state().model().tone;
+    window.key(Modifiers::NONE, Key::O);
+    window.key(Modifiers::NONE, Key::O);
+    window.key(Modifiers::SHIFT, Key::O);
+    assert_eq!((tone(&window).exposure, tone(&window).offset), (0.0, 0.1));
+    window.wait("a lighter picture", |w| {
+        // No pixel is darker than what was added.
+        let least = lightbox_core::color::srgb_from_linear(0.1);
+        w.snapshot().rgb.iter().all(|v| *v >= least)
+    });
+    window.key(Modifiers::NONE, Key::N);
+    window.wait("a tone that fits", |w| tone(w).exposure != 0.0);
+    let fitted = tone(&window);
+    let session = window.harness.state().session();
+    let pixels = (0..40 * 30).map(|i| session.pixel([i % 40, i / 40]).expect("a pixel").mean);
+    let pixels: Vec<_> = pixels.collect();
+    assert_eq!(fitted, tone(&window).fitted(&pixels));
+    window.key(Modifiers::NONE, Key::R);
+    assert_eq!(tone(&window), Default::default());
+}
