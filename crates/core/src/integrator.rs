@@ -40,6 +40,7 @@ use crate::work::{Stage, Stopwatch};
 use vertices::Vertices;
 
 pub(crate) mod light_paths;
+pub mod replay;
 mod vertices;
 
 /// Density of a direction that was the only one possible: from the camera, mirror or glass.

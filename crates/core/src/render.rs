@@ -16,6 +16,8 @@ use crate::scene::Scene;
 use crate::settings::{AccelKind, Method, RenderSettings, SamplerKind};
 use crate::work::{Stage, Stopwatch, Work};
 
+pub mod autopsy;
+
 /// Paths that advance together: enough to share the cost of each step, few enough to stay in the
 /// second cache.
 const WAVE: usize = 1024;

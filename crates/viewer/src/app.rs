@@ -7,6 +7,7 @@ use lightbox_core::SceneDesc;
 use lightbox_core::scene::BUILTIN;
 
 use crate::aov::Aov;
+use crate::autopsy::AutopsyPanel;
 use crate::dialogs::{Answer, Dialogs, OPENS};
 use crate::keys::{self, Action};
 use crate::model::{Model, scene_name};
@@ -107,6 +108,7 @@ pub struct App {
     lab: LabPanel,
     chart: ChartPanel,
     race: RacePanel,
+    autopsy: AutopsyPanel,
     /// What the engine was asked to look back to.
     past: Option<Moment>,
 }
@@ -138,6 +140,7 @@ impl App {
             lab: LabPanel::new(ctx),
             chart: ChartPanel::default(),
             race: RacePanel::default(),
+            autopsy: AutopsyPanel::default(),
             past: None,
         })
     }
@@ -237,12 +240,17 @@ impl App {
             Action::Race => self.race.is_open = !self.race.is_open,
             Action::SaveRace => self.dialogs.race(ctx),
             Action::Reference => self.dialogs.reference(ctx),
+            Action::Autopsy => {
+                self.autopsy.ask();
+                ctx.request_repaint(); // It is followed up with the picture.
+            }
             Action::Escape if self.is_help_open => self.is_help_open = false,
             Action::Escape if self.lab.is_open => self.lab.is_open = false,
             Action::Escape if self.race.is_open => self.race.is_open = false,
             Action::Plan => self.is_plan_open = !self.is_plan_open,
             Action::Escape if self.is_plan_open => self.is_plan_open = false,
             Action::Escape if self.chart.is_open => self.chart.is_open = false,
+            Action::Escape if self.autopsy.is_open => self.autopsy.is_open = false,
             Action::Escape => self.model.selection = None,
             Action::Quit => ctx.send_viewport_cmd(ViewportCommand::Close),
         }
@@ -423,8 +431,13 @@ impl eframe::App for App {
             let past = self.past.and_then(|_| self.session.past());
             let snapshot = past.or_else(|| self.session.snapshot());
             let (model, session) = (&mut self.model, &self.session);
-            self.viewport
+            let seen = self
+                .viewport
                 .ui(ui, model, session, &status, snapshot.as_deref());
+            if let Some(seen) = &seen {
+                self.autopsy.follow(ui, seen, session, model);
+            }
+            self.autopsy.ui(ui, seen.as_ref(), session, model);
             self.banners
                 .ui(ui, space, &mut self.model, status.scene.as_ref());
             let past = self

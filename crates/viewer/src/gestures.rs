@@ -173,7 +173,8 @@ impl Gestures {
         scene: &Scene,
         model: &mut Model,
     ) {
-        if !response.clicked_by(PointerButton::Primary) {
+        // With Ctrl, a click looks into the pixel.
+        if !response.clicked_by(PointerButton::Primary) || ui.input(|i| i.modifiers.command) {
             return;
         }
         let picked = response

@@ -53,6 +53,8 @@ pub enum Action {
     Reference,
     /// Have pixels show this.
     Show(Aov),
+    /// Look into the samples of the pixel under the pointer.
+    Autopsy,
     /// Take back the last edit.
     Undo,
     /// Do again what was taken back.
@@ -136,6 +138,12 @@ const KEYS: &[(Modifiers, Key, Action, &str)] = &[
     ),
     (
         PLAIN,
+        Key::P,
+        Action::Autopsy,
+        "look into the samples of the pixel under the pointer",
+    ),
+    (
+        PLAIN,
         Key::Escape,
         Action::Escape,
         "close the topmost window, or select nothing",
@@ -192,6 +200,10 @@ pub const GESTURES: &[(&str, &str)] = &[
     ("right or middle drag", "pan"),
     ("wheel or pinch", "move towards the point under the cursor"),
     ("click", "select an object"),
+    (
+        "Ctrl+click",
+        "look into the samples of a pixel: paths, noise, one step by step",
+    ),
     ("double-click", "orbit around this point"),
     ("drop a file", "open it"),
 ];

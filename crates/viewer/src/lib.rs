@@ -3,6 +3,7 @@
 pub mod aov;
 pub mod app;
 pub mod args;
+pub mod autopsy;
 pub mod commands;
 pub mod dialogs;
 pub mod gestures;

@@ -1,6 +1,8 @@
 //! The live picture: its place in the window, its size and its texture.
 
-use egui::{Color32, Pos2, Rect, Sense, TextureHandle, TextureOptions, Ui, Vec2, WidgetInfo};
+use egui::{
+    Color32, Pos2, Rect, Response, Sense, TextureHandle, TextureOptions, Ui, Vec2, WidgetInfo,
+};
 use lightbox_core::settings::MAX_SIZE;
 
 use crate::aov::Scope;
@@ -28,6 +30,16 @@ pub struct Viewport {
     resize: Option<Resize>,
 }
 
+/// Where the picture is, and what the pointer does there.
+pub struct Seen {
+    /// All that is left for it.
+    pub space: Rect,
+    /// What it takes up.
+    pub rect: Rect,
+    /// The pointer.
+    pub response: Response,
+}
+
 /// What is on the graphics card.
 struct Shown {
     texture: TextureHandle,
@@ -43,7 +55,7 @@ struct Resize {
 }
 
 impl Viewport {
-    /// Shows the newest picture in the space that is left and applies gestures over it.
+    /// Shows the newest picture in the space that is left and applies gestures over it; where it is.
     pub fn ui(
         &mut self,
         ui: &mut Ui,
@@ -51,7 +63,7 @@ impl Viewport {
         session: &Session,
         status: &Status,
         snapshot: Option<&Snapshot>,
-    ) {
+    ) -> Option<Seen> {
         let space = ui.max_rect();
         ui.painter()
             .rect_filled(space, 0.0, ui.visuals().extreme_bg_color);
@@ -67,7 +79,7 @@ impl Viewport {
             });
         }
         let (Some(scene), Some(snapshot)) = (&status.scene, snapshot) else {
-            return;
+            return None;
         };
         let rect = placed(ui, space, snapshot.picture.map(|n| n as f32).into());
         self.gestures.update(ui, &response, rect, scene, model);
@@ -104,6 +116,11 @@ impl Viewport {
         }
         let film = |pixel| snapshot.past.is_none().then(|| session.pixel(pixel))?;
         overlay::readout(ui, &painter, &response, rect, scene, model, film);
+        Some(Seen {
+            space,
+            rect,
+            response,
+        })
     }
 
     /// Sets the picture's size, at once for a new file and otherwise when the window is at rest.

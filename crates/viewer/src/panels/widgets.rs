@@ -39,6 +39,17 @@ pub fn slider<N: Numeric>(value: &mut N, range: RangeInclusive<N>) -> Slider<'_>
         .custom_parser(number)
 }
 
+/// A slider with its name in a row; whether it was moved.
+pub fn slider_row<N: Numeric>(
+    ui: &mut Ui,
+    name: &str,
+    tip: &str,
+    value: &mut N,
+    range: RangeInclusive<N>,
+) -> bool {
+    row(ui, name, tip, |ui| ui.add(slider(value, range))).changed()
+}
+
 /// A finite number as people type it.
 pub fn number(text: &str) -> Option<f64> {
     let text: String = text.chars().filter(|c| !c.is_whitespace()).collect();

@@ -25,12 +25,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
-use lightbox_core::SceneDesc;
 use lightbox_core::color::ToneMap;
 use lightbox_core::compare::check_size;
 use lightbox_core::film::Pixel;
 use lightbox_core::part;
 use lightbox_core::scene::{self, Scene, Source};
+use lightbox_core::{Film, SceneDesc, View};
 
 use crate::saved;
 use crate::spent::Opening;
@@ -304,8 +304,19 @@ impl Session {
 
     /// What is known by now of a pixel of the picture in the making.
     pub fn pixel(&self, at: [u32; 2]) -> Option<Pixel> {
-        let film = lock(&self.shared.outbox).shown.as_ref()?.film.clone();
-        film.pixel(at)
+        self.film()?.pixel(at)
+    }
+
+    /// The film of the picture in the making.
+    pub fn film(&self) -> Option<Arc<Film>> {
+        let outbox = lock(&self.shared.outbox);
+        outbox.shown.as_ref().map(|shown| shown.film.clone())
+    }
+
+    /// The picture in the making, to look into its samples.
+    pub fn making(&self) -> Option<(View, Arc<Film>)> {
+        let shown = lock(&self.shared.outbox).shown.clone()?;
+        Some((shown.view, shown.film))
     }
 
     /// The error curves.

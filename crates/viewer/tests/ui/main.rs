@@ -1,6 +1,7 @@
 //! The window, driven as a user drives it: by the names of its controls, the pointer and the keys.
 //! The engine runs behind it for real; a test waits for results, never for a span of time.
 
+mod autopsy;
 mod budget;
 mod camera;
 mod chart;

@@ -1,0 +1,236 @@
+//! One pixel looked into: its samples again, one by one, and what each strategy has found in them.
+//!
+//! A sample is a pure function of pixel, index and seed, so nothing has to be kept of it.
+
+use std::ops::Range;
+use std::sync::atomic::AtomicBool;
+
+use glam::Vec3;
+
+use super::View;
+use crate::color::luminance;
+use crate::integrator::Wave;
+use crate::integrator::replay::{Found, Segment, Strategy};
+use crate::sampler::{Dim, Sampler};
+
+/// Numbers of segments that are told apart; the last stands for all above it too.
+pub const LENGTHS: usize = 64;
+
+/// Sums over samples of what something has brought to each, in luminance.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Tally {
+    sum: f64,
+    square: f64,
+}
+
+impl Tally {
+    fn add(&mut self, x: f64) {
+        self.sum += x;
+        self.square += x * x;
+    }
+
+    /// Mean over `n` samples, W/(m²·sr).
+    pub fn mean(&self, n: usize) -> f64 {
+        self.sum / n as f64
+    }
+
+    /// Variance over `n` samples, of one of them.
+    pub fn variance(&self, n: usize) -> f64 {
+        let mean = self.mean(n);
+        (self.square / n as f64 - mean * mean).max(0.0)
+    }
+}
+
+/// What the samples of one pixel have found, by their camera paths: light that light paths bring
+/// has no sample of its own there.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Autopsy {
+    /// Radiance of each sample in order, as the film gets it.
+    pub radiances: Vec<Vec3>,
+    /// Luminance of what each sample has found, by the number of segments less 1 and by strategy.
+    pub found: Vec<[Tally; Strategy::ALL.len()]>,
+}
+
+impl Autopsy {
+    /// Adds the samples that come next.
+    pub fn append(&mut self, next: Self) {
+        self.radiances.extend(next.radiances);
+        if self.found.len() < next.found.len() {
+            self.found.resize(next.found.len(), Default::default());
+        }
+        for (mine, more) in self.found.iter_mut().zip(next.found) {
+            for (a, b) in mine.iter_mut().zip(more) {
+                a.sum += b.sum;
+                a.square += b.square;
+            }
+        }
+    }
+
+    fn add(&mut self, found: &Found<'_>) {
+        let length = (found.segments as usize).clamp(1, LENGTHS) - 1;
+        let steps = found.before.iter().zip(found.after);
+        for (before, after) in steps.filter(|(before, after)| before != after) {
+            if self.found.len() <= length {
+                self.found.resize(length + 1, Default::default());
+            }
+            let more = (after.as_dvec3() - before.as_dvec3()).as_vec3();
+            self.found[length][found.strategy as usize].add(f64::from(luminance(more)));
+        }
+    }
+}
+
+impl View {
+    /// Traces some samples of a pixel again; `None` if `cancel` was set meanwhile.
+    pub fn autopsy(
+        &self,
+        pixel: [u32; 2],
+        samples: Range<u64>,
+        cancel: &AtomicBool,
+    ) -> Option<Autopsy> {
+        let mut wave = Wave::default();
+        for sample in samples {
+            self.begin(&mut wave, pixel, sample);
+        }
+        let mut autopsy = Autopsy::default();
+        let radiances =
+            wave.replay(&self.transport(), cancel, |found| autopsy.add(&found), None)?;
+        autopsy.radiances.extend_from_slice(radiances);
+        Some(autopsy)
+    }
+
+    /// The camera path of a sample of a pixel, and its radiance as the film gets it.
+    pub fn path(&self, pixel: [u32; 2], sample: u64) -> (Vec<Segment>, Vec3) {
+        let mut wave = Wave::default();
+        self.begin(&mut wave, pixel, sample);
+        let (mut segments, never) = (Vec::new(), AtomicBool::new(false));
+        let radiance = wave.replay(&self.transport(), &never, |_| (), Some(&mut segments));
+        let radiance = radiance.and_then(|r| r.first()).copied();
+        (segments, radiance.unwrap_or_default())
+    }
+
+    /// Adds the camera path of a sample.
+    fn begin(&self, wave: &mut Wave, pixel: [u32; 2], sample: u64) {
+        let sampler = Sampler::new(self.settings.sampler, self.settings.seed, pixel, sample);
+        let (offset, _) = self.filter.sample(sampler.get_2d(Dim::Pixel));
+        wave.push(self.camera.ray(pixel, offset), sampler);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::work::Stopwatch;
+    use crate::{Method, RenderSettings, scene};
+
+    fn view(scene: &str, method: Method, depth: u32) -> View {
+        let path = format!("builtin:{scene}.toml");
+        let source = scene::load(Path::new(&path)).expect("a scene");
+        let built = Arc::new(source.build(&|_| ()).expect("a scene"));
+        let settings = RenderSettings {
+            width: 24,
+            height: 18,
+            method,
+            depth,
+            ..source.desc.render
+        };
+        View::new(built, &source.desc.camera, settings).expect("a view")
+    }
+
+    /// Views by every method, with diffuse, mirror, blended and glass surfaces.
+    fn views() -> impl Iterator<Item = View> {
+        let scenes = [
+            "cornell-box",
+            "sphere-mirror",
+            "teddy-mirror",
+            "glass-sphere",
+        ];
+        let scenes = scenes
+            .into_iter()
+            .filter(|name| scene::BUILTIN.iter().any(|b| b.contains(name)));
+        scenes.flat_map(|scene| {
+            let methods = Method::ALL.iter();
+            methods.flat_map(move |method| [1, 2, 5, 16].map(|depth| view(scene, *method, depth)))
+        })
+    }
+
+    #[test]
+    fn samples_are_those_of_the_film_to_the_last_bit() {
+        let never = AtomicBool::new(false);
+        for view in views() {
+            for pixel in [[12, 9], [3, 16], [20, 2], [11, 13]] {
+                let mut wave = Wave::default();
+                for sample in 5..69 {
+                    view.begin(&mut wave, pixel, sample);
+                }
+                let mut watch = Stopwatch::start();
+                let traced = wave.trace(&view.transport(), &never, &mut 0, &mut watch, None);
+                let autopsy = view.autopsy(pixel, 5..69, &never).expect("not cancelled");
+                assert_eq!(traced, Some(&autopsy.radiances[..]), "{:?}", view.settings);
+            }
+        }
+    }
+
+    #[test]
+    fn what_was_found_adds_up() {
+        let never = AtomicBool::new(false);
+        let mut by_strategy = [0.0; 3];
+        for view in views() {
+            let mut autopsy = Autopsy::default();
+            for first in [0, 64] {
+                let next = view.autopsy([12, 12], first..first + 64, &never);
+                autopsy.append(next.expect("not cancelled"));
+            }
+            let all: f64 = autopsy
+                .radiances
+                .iter()
+                .map(|r| f64::from(luminance(*r)))
+                .sum();
+            let found: f64 = autopsy.found.iter().flatten().map(|tally| tally.sum).sum();
+            assert!((all - found).abs() <= 1e-5 * all, "{all} {found}");
+            assert!(autopsy.found.len() <= view.settings.depth as usize);
+            for tallies in &autopsy.found {
+                for (all, tally) in by_strategy.iter_mut().zip(tallies) {
+                    *all += tally.sum;
+                }
+            }
+            if view.settings.method == Method::Naive {
+                assert!(autopsy.found.iter().all(|tallies| tallies[1].sum == 0.0));
+            }
+        }
+        assert!(by_strategy.iter().all(|sum| *sum > 0.0), "{by_strategy:?}");
+    }
+
+    #[test]
+    fn a_path_leads_from_the_eye_from_surface_to_surface() {
+        let mut detours = 0;
+        for view in views() {
+            for sample in 0..32 {
+                let (segments, radiance) = view.path([12, 12], sample);
+                let autopsy = view.autopsy([12, 12], sample..sample + 1, &AtomicBool::new(false));
+                assert_eq!(autopsy.expect("not cancelled").radiances, [radiance]);
+                assert!((1..=view.settings.depth as usize).contains(&segments.len()));
+                assert_eq!(segments[0].from, view.camera.eye());
+                assert_eq!(segments[0].throughput, Vec3::ONE);
+                for pair in segments.windows(2) {
+                    let (end, _) = pair[0].end.expect("a path that goes on is on a surface");
+                    assert!(end.distance(pair[1].from) <= 1e-4 * end.length().max(1.0));
+                }
+                let mut sum = Vec3::ZERO;
+                for segment in &segments {
+                    sum += segment.met;
+                    detours += segment.aims.iter().filter(|aim| aim.by.is_some()).count();
+                    let free = segment.aims.iter().filter(|aim| aim.is_free);
+                    sum += free.map(|aim| aim.radiance).sum::<Vec3>();
+                }
+                assert!(
+                    (sum - radiance).length() <= 1e-4 * radiance.length(),
+                    "{sum} {radiance}"
+                );
+            }
+        }
+        assert!(detours > 100, "{detours}");
+    }
+}
