@@ -269,18 +269,17 @@ fn a_session_with_mouse_and_keyboard() {
             .flatten()
             .any(|f| f.path().extension().is_some_and(|e| e == "png"))
     };
-    // There is something to save once the first sample is complete.
-    std::thread::sleep(Duration::from_secs(6));
-    desktop.xdotool(&["keydown", "ctrl"]);
-    desktop.xdotool(&["key", "s"]);
-    desktop.xdotool(&["keyup", "ctrl"]);
+    // There is something to save once the first sample is complete: until then it is asked again.
     let start = Instant::now();
     while !saved(&desktop.folder.path().join("work")) {
         if start.elapsed() > PATIENCE {
             desktop.keep_screenshot("not saved");
             panic!("waited in vain: Ctrl+S saves a picture");
         }
-        std::thread::sleep(Duration::from_millis(100));
+        desktop.xdotool(&["keydown", "ctrl"]);
+        desktop.xdotool(&["key", "s"]);
+        desktop.xdotool(&["keyup", "ctrl"]);
+        std::thread::sleep(Duration::from_secs(2));
     }
 
     desktop.xdotool(&["keydown", "ctrl"]);
