@@ -3,18 +3,22 @@
 use std::path::PathBuf;
 
 use egui::{CentralPanel, Color32, Context, Frame, Margin, Panel, ScrollArea, Ui, ViewportCommand};
+use glam::Vec3;
 use lightbox_core::SceneDesc;
-use lightbox_core::scene::BUILTIN;
+use lightbox_core::scene::{BUILTIN, CameraDesc};
 
 use crate::aov::Aov;
 use crate::autopsy::AutopsyPanel;
+use crate::bookmarks::{self, Wish};
 use crate::dialogs::{Answer, Dialogs, OPENS};
+use crate::flight;
 use crate::keys::{self, Action};
 use crate::model::{Model, scene_name};
 use crate::orbit;
 use crate::panels::{self, Banners, ChartPanel, LabPanel, RacePanel};
 use crate::session::{Activity, Budget, Look, Moment, Notice, Session, Status};
 use crate::undo::Undo;
+use crate::unsaved::{self, Unsaved};
 use crate::viewport::Viewport;
 
 /// Stops by which a key changes the exposure.
@@ -99,7 +103,9 @@ pub struct App {
     /// The file named in the window's title.
     title: PathBuf,
     is_paused: bool,
-    undo: Undo,
+    undo: Undo<SceneDesc>,
+    camera_undo: Undo<CameraDesc>,
+    unsaved: Unsaved,
     viewport: Viewport,
     banners: Banners,
     dialogs: Dialogs,
@@ -132,6 +138,8 @@ impl App {
             title: PathBuf::new(),
             is_paused: false,
             undo: Undo::default(),
+            camera_undo: Undo::default(),
+            unsaved: Unsaved::new(ctx)?,
             viewport: Viewport::default(),
             banners: Banners::default(),
             dialogs: Dialogs::default(),
@@ -160,6 +168,11 @@ impl App {
         self.session.save(path);
     }
 
+    /// Adds the mesh of a file to the scene, once it is read in the background.
+    pub fn add_mesh(&mut self, ctx: &Context, path: PathBuf) {
+        self.dialogs.measure(ctx, path);
+    }
+
     /// Goes over to a file that was opened since.
     fn follow(&mut self, status: &Status) {
         if status.opened == self.opened {
@@ -171,12 +184,21 @@ impl App {
             .scene
             .as_ref()
             .is_some_and(|s| s.path() == self.title);
+        let before = self.model.desc.clone();
         self.model.open(&status.desc, status.tone);
         // To read a file again is an edit that can be undone.
         if !is_same_file {
             self.undo.open(&self.model.desc);
+            self.camera_undo.open(&self.model.desc.camera);
+            self.viewport.gestures.is_flying = false;
         }
         self.sent.0 = (*status.desc).clone();
+        self.banners.changed = None;
+        self.unsaved.opened(
+            status,
+            is_same_file.then_some(&before),
+            &mut self.model.desc,
+        );
     }
 
     /// Names the scene in the window's title.
@@ -193,6 +215,7 @@ impl App {
         match action {
             Action::Open => self.dialogs.open(ctx),
             Action::OpenPath(path) => self.session.open(&path),
+            Action::CancelOpening => self.session.cancel_opening(),
             Action::Reload => {
                 if let Some(scene) = &status.scene {
                     self.session.open(scene.path());
@@ -213,6 +236,32 @@ impl App {
                 .viewport
                 .gestures
                 .glide(ctx, &self.model, self.model.file_camera),
+            Action::CameraBack => {
+                self.viewport.gestures.halt();
+                self.camera_undo.undo(&mut self.model.desc.camera);
+            }
+            Action::CameraOn => {
+                self.viewport.gestures.halt();
+                self.camera_undo.redo(&mut self.model.desc.camera);
+            }
+            Action::ViewFrom(axis) => {
+                let direction = Vec3::from(axis.map(f32::from));
+                let from = self.viewport.gestures.destination(&self.model);
+                let to = flight::seen_from(&from, direction);
+                self.viewport.gestures.glide(ctx, &self.model, to);
+            }
+            Action::Fly => {
+                let is_flying = &mut self.viewport.gestures.is_flying;
+                *is_flying = !*is_flying;
+            }
+            Action::FreeOrbit => self.model.toggle_free_orbit(),
+            Action::CopyCamera => {
+                ctx.copy_text(bookmarks::text(&self.model.desc.camera));
+                self.say(
+                    ctx,
+                    "the camera is in the clipboard as text; Ctrl+V takes it up",
+                );
+            }
             Action::Brighter => self.expose(EXPOSURE_STEP),
             Action::Darker => self.expose(-EXPOSURE_STEP),
             Action::Raise => self.offset(OFFSET_STEP),
@@ -234,6 +283,13 @@ impl App {
             // Once more, it goes back to the light.
             Action::Show(aov) if self.model.aov == aov => self.model.aov = Aov::COLOR,
             Action::Show(aov) => self.model.aov = aov,
+            Action::Duplicate => {
+                if let Some(scene) = &status.scene {
+                    self.model.duplicate(scene);
+                }
+            }
+            Action::Delete => self.model.delete(),
+            Action::AddMesh => self.dialogs.mesh(ctx),
             Action::Help => self.is_help_open = !self.is_help_open,
             Action::Lab => self.lab.is_open = !self.lab.is_open,
             Action::Chart => self.chart.is_open = !self.chart.is_open,
@@ -251,8 +307,32 @@ impl App {
             Action::Escape if self.is_plan_open => self.is_plan_open = false,
             Action::Escape if self.chart.is_open => self.chart.is_open = false,
             Action::Escape if self.autopsy.is_open => self.autopsy.is_open = false,
+            Action::Escape if self.viewport.gestures.is_flying => {
+                self.viewport.gestures.is_flying = false;
+            }
             Action::Escape => self.model.selection = None,
             Action::Quit => ctx.send_viewport_cmd(ViewportCommand::Close),
+        }
+    }
+
+    /// Goes to a bookmark or to a pasted camera, or sets a bookmark.
+    fn go_places(&mut self, ctx: &Context) {
+        let place = self.viewport.gestures.destination(&self.model);
+        match self.model.bookmarks.pressed(ctx, &place) {
+            Some(Wish::Go(to)) => self.viewport.gestures.glide(ctx, &self.model, to),
+            Some(Wish::Set(digit)) => {
+                self.say(ctx, &format!("{digit} brings the camera back here"));
+            }
+            Some(Wish::Missing(digit)) => {
+                let text = format!("bookmark {digit} is empty; Ctrl+{digit} sets it");
+                self.say(ctx, &text);
+            }
+            None => {}
+        }
+        match bookmarks::pasted(ctx) {
+            Some(Ok(to)) => self.viewport.gestures.glide(ctx, &self.model, to),
+            Some(Err(text)) => self.complain(ctx, text),
+            None => {}
         }
     }
 
@@ -304,6 +384,20 @@ impl App {
         }
     }
 
+    /// Asks what becomes of edits where the window is to close.
+    fn quit(&mut self, ctx: &Context, status: &Status) {
+        if !self.unsaved.holds_back(ctx, &self.model.desc) {
+            return;
+        }
+        if let Some(answer) = panels::quit_ui(ctx) {
+            self.unsaved.answered(answer);
+            if answer == unsaved::Answer::Save {
+                self.ask_where_to_save_scene(ctx, status);
+            }
+            ctx.request_repaint();
+        }
+    }
+
     /// Shows a picture as it was, or as it is.
     fn look_back(&mut self, ctx: &Context, past: Option<Moment>) {
         if past != self.past {
@@ -319,8 +413,14 @@ impl App {
             Some(Answer::Save(path)) => self.save(path),
             Some(Answer::Reference(path)) => self.session.load_reference(path),
             Some(Answer::Race(folder)) => self.race.save(ctx, folder),
-            Some(Answer::Unavailable(text)) => self.complain(ctx, text.into()),
-            Some(Answer::Cancelled) | None => {}
+            Some(Answer::Mesh(file, bounds)) => {
+                if let Some(scene) = self.session.status().scene {
+                    self.model.add_mesh(&scene, file, &bounds);
+                }
+            }
+            Some(Answer::Unavailable(text)) => self.complain(ctx, text),
+            Some(Answer::Cancelled) => self.unsaved.not_saved(),
+            None => {}
         }
     }
 
@@ -346,13 +446,33 @@ impl App {
     }
 
     fn complain(&mut self, ctx: &Context, text: String) {
-        self.banners.add(
-            Notice {
-                text,
-                is_error: true,
-            },
-            ctx.input(|i| i.time),
-        );
+        let is_error = true;
+        self.banners
+            .add(Notice { text, is_error }, ctx.input(|i| i.time));
+    }
+
+    fn say(&mut self, ctx: &Context, text: &str) {
+        let (text, is_error) = (text.to_owned(), false);
+        self.banners
+            .add(Notice { text, is_error }, ctx.input(|i| i.time));
+    }
+
+    /// Reads a file again that was changed on disk, or offers to where edits would be lost.
+    fn notice_changes(&mut self, ctx: &Context, status: &Status) {
+        if let Some(saved) = self.session.take_saved() {
+            self.unsaved.saved(&saved, status);
+        }
+        let Some(path) = self.unsaved.changed_on_disk() else {
+            return;
+        };
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        if self.unsaved.is_any(&self.model.desc) {
+            self.banners.changed = Some(name.into_owned());
+        } else if let Some(scene) = &status.scene {
+            self.say(ctx, &format!("{name} was changed on disk and read again"));
+            self.unsaved.keeps_view();
+            self.session.open(scene.path());
+        }
     }
 
     /// Sends the engine what this frame has changed.
@@ -390,6 +510,9 @@ impl eframe::App for App {
         self.entitle(&ctx, &status);
         let now = ui.input(|i| i.time);
         for notice in self.session.take_notices() {
+            if notice.is_error {
+                self.unsaved.not_saved();
+            }
             self.banners.add(notice, now);
         }
         if let Some(tone) = self.session.take_fitted_tone() {
@@ -398,9 +521,16 @@ impl eframe::App for App {
         self.take_answers(&ctx);
         self.take_drops(&ctx);
 
-        let is_held = self.viewport.gestures.is_gliding() || ctx.input(|i| i.pointer.any_down());
+        // A number that is typed is one edit, not one for each digit.
+        let is_held = self.viewport.gestures.is_gliding()
+            || self.viewport.gestures.flies()
+            || ctx.input(|i| i.pointer.any_down())
+            || ctx.text_edit_focused();
         self.undo.watch(&self.model.desc, is_held);
-        let mut actions = keys::pressed(&ctx);
+        self.camera_undo.watch(&self.model.desc.camera, is_held);
+        self.notice_changes(&ctx, &status);
+        let mut actions = keys::pressed(&ctx, self.viewport.gestures.flies());
+        self.go_places(&ctx);
         Panel::bottom("status").exact_size(32.0).show(ui, |ui| {
             panels::status_bar_ui(ui, &status, self.race.is_running(), &mut actions)
         });
@@ -422,6 +552,7 @@ impl eframe::App for App {
                         panels::render_ui(ui, model);
                         panels::display_ui(ui, model);
                         panels::material_ui(ui, model, &status);
+                        panels::object_ui(ui, model, &status, &mut actions);
                         panels::camera_ui(ui, model, &status, &mut actions);
                     });
                 });
@@ -439,7 +570,7 @@ impl eframe::App for App {
             }
             self.autopsy.ui(ui, seen.as_ref(), session, model);
             self.banners
-                .ui(ui, space, &mut self.model, status.scene.as_ref());
+                .ui(ui, space, &mut self.model, &status, &mut actions);
             let past = self
                 .chart
                 .ui(&ctx, space, &self.session, &status, &mut actions);
@@ -456,6 +587,7 @@ impl eframe::App for App {
         for action in actions {
             self.act(&ctx, action, &status);
         }
+        self.quit(&ctx, &status);
         self.send();
     }
 }

@@ -4,6 +4,9 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::time::{Duration, Instant};
 
+use lightbox_core::math::Aabb;
+use lightbox_core::scene::obj;
+
 /// An answer that comes sooner than this was not given by a person.
 const TOO_SOON: Duration = Duration::from_millis(150);
 
@@ -11,20 +14,23 @@ const TOO_SOON: Duration = Duration::from_millis(150);
 pub const OPENS: [&str; 5] = ["toml", "obj", "png", "exr", "part"];
 
 /// How a dialog ended.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Answer {
     /// Open this.
     Open(PathBuf),
     /// Save under this name.
     Save(PathBuf),
+    /// Add this mesh, around which is this box.
+    Mesh(PathBuf, Aabb),
     /// Compare with this.
     Reference(PathBuf),
     /// Save a race in this folder.
     Race(PathBuf),
     /// The user thought better of it.
     Cancelled,
-    /// The desktop has no dialog to offer: one line that says what to do instead.
-    Unavailable(&'static str),
+    /// What was chosen cannot be used, or the desktop has no dialog to offer: one line that says what
+    /// to do instead.
+    Unavailable(String),
 }
 
 /// At most one dialog, and its answer.
@@ -52,9 +58,36 @@ impl Dialogs {
             .set_title("Open a scene, a mesh or a saved picture")
             .add_filter("scenes, meshes and saved pictures", &OPENS);
         let without = Answer::Unavailable(
-            "no file dialog answered; drop the file on this window, or start with `lightbox FILE`",
+            "no file dialog answered; drop the file on this window, or start with `lightbox FILE`"
+                .into(),
         );
         self.ask(ctx, without, move || dialog.pick_file().map(Answer::Open));
+    }
+
+    /// Asks for a mesh to add to the scene.
+    pub fn mesh(&mut self, ctx: &egui::Context) {
+        let dialog = rfd::FileDialog::new()
+            .set_title("Add a mesh to the scene")
+            .add_filter("meshes", &["obj"]);
+        let without = Answer::Unavailable(
+            "no file dialog answered; write [[mesh]] with file = \"….obj\" into the scene file"
+                .into(),
+        );
+        self.ask(ctx, without, move || dialog.pick_file().map(measured));
+    }
+
+    /// Measures a mesh file that is to be added: it may be large.
+    pub fn measure(&mut self, ctx: &egui::Context, file: PathBuf) {
+        let (sender, ctx) = (self.sender.clone(), ctx.clone());
+        let run = move || {
+            let _ = sender.send(measured(file)); // Fails only when the window has gone.
+            ctx.request_repaint();
+        };
+        let thread = std::thread::Builder::new().name("lightbox-measure".into());
+        if let Err(e) = thread.spawn(run) {
+            let text = format!("cannot start a thread ({e})");
+            let _ = self.sender.send(Answer::Unavailable(text));
+        }
     }
 
     /// Asks for a picture to compare with.
@@ -63,7 +96,8 @@ impl Dialogs {
             .set_title("Compare with a picture that counts as right")
             .add_filter("linear light", &["exr"]);
         let without = Answer::Unavailable(
-            "no file dialog answered; keep a long render of this picture as the reference instead",
+            "no file dialog answered; keep a long render of this picture as the reference instead"
+                .into(),
         );
         self.ask(ctx, without, move || {
             dialog.pick_file().map(Answer::Reference)
@@ -139,6 +173,14 @@ impl Dialogs {
         let answer = self.answers.try_recv().ok()?;
         self.is_open = false;
         Some(answer)
+    }
+}
+
+/// The box around a mesh file, or why there is none.
+fn measured(file: PathBuf) -> Answer {
+    match obj::load(&file) {
+        Ok(mesh) => Answer::Mesh(file, mesh.bounds()),
+        Err(e) => Answer::Unavailable(e.to_string()),
     }
 }
 

@@ -1,13 +1,13 @@
 //! From pointer events over the picture to camera moves and selections.
 
-use egui::{PointerButton, Pos2, Rect, Response, Ui, Vec2};
+use egui::{Context, PointerButton, Pos2, Rect, Response, Ui, Vec2};
 use glam::Vec3;
 use lightbox_core::geometry::Hit;
 use lightbox_core::scene::CameraDesc;
 use lightbox_core::{Camera, Scene};
 
 use crate::model::{Model, Selection};
-use crate::orbit;
+use crate::{flight, keys, orbit};
 
 /// Points of wheel travel that change the distance e-fold.
 const WHEEL: f32 = 200.0;
@@ -15,6 +15,14 @@ const WHEEL: f32 = 200.0;
 /// Duration of a glide in units of the style's animation time, which is zero where the user wants
 /// no motion.
 const GLIDE: f32 = 3.0;
+
+/// Share of the scene's diagonal that is flown in a second, and what Shift and Alt make of it.
+const FLIGHT: f32 = 0.2;
+const FAST: f32 = 10.0;
+const SLOW: f32 = 0.1;
+
+/// Longest frame that is flown through, seconds: a stall must not throw the camera out of the room.
+const STALL: f32 = 0.1;
 
 /// What a ray through the picture finds.
 #[derive(Clone, Copy, Debug)]
@@ -64,11 +72,15 @@ pub struct Gestures {
     grabbed: f32,
     /// Whether the last move ran into a limit of distance.
     pub is_limited: bool,
+    /// Whether one flies without holding a button.
+    pub is_flying: bool,
+    /// Whether the right button is held over the picture.
+    holds: bool,
 }
 
 impl Gestures {
     /// Moves the camera smoothly to another place.
-    pub fn glide(&mut self, ui: &egui::Context, model: &Model, to: CameraDesc) {
+    pub fn glide(&mut self, ui: &Context, model: &Model, to: CameraDesc) {
         self.is_limited = false;
         if to != model.desc.camera {
             self.glide = Some(Glide {
@@ -83,6 +95,11 @@ impl Gestures {
     /// Whether the camera moves or is being moved, so that its pivot is of interest.
     pub fn is_moving(&self, response: &Response) -> bool {
         self.is_gliding() || response.dragged()
+    }
+
+    /// Whether [`keys::FLIGHT`] fly.
+    pub fn flies(&self) -> bool {
+        self.is_flying || self.holds
     }
 
     /// Whether the camera is gliding somewhere.
@@ -110,7 +127,11 @@ impl Gestures {
         model: &mut Model,
     ) {
         let before = model.desc.camera;
-        self.drag(response, rect, scene, model);
+        self.holds = response.is_pointer_button_down_on()
+            && ui.input(|i| i.pointer.button_down(PointerButton::Secondary));
+        let way = self.way(ui.ctx());
+        self.drag(response, rect, scene, model, way.is_some());
+        self.fly(ui, scene, model, way);
         self.wheel(ui, response, rect, scene, model);
         if model.desc.camera != before {
             self.glide = None;
@@ -119,13 +140,60 @@ impl Gestures {
         self.advance(ui, model);
     }
 
-    fn drag(&mut self, response: &Response, rect: Rect, scene: &Scene, model: &mut Model) {
+    /// Where the keys that are held fly to: right, up and forwards. `None` if none is.
+    fn way(&self, ctx: &Context) -> Option<Vec3> {
+        if !self.flies() || ctx.text_edit_focused() {
+            return None;
+        }
+        let [w, a, s, d, q, e] = keys::FLIGHT.map(|key| ctx.input(|i| i.key_down(key)));
+        let along = |to: bool, from: bool| f32::from(u8::from(to)) - f32::from(u8::from(from));
+        let is_held = [w, a, s, d, q, e].contains(&true);
+        is_held.then(|| Vec3::new(along(d, a), along(e, q), along(w, s)))
+    }
+
+    fn fly(&mut self, ui: &Ui, scene: &Scene, model: &mut Model, way: Option<Vec3>) {
+        let Some(way) = way else { return };
+        let (seconds, modifiers) = ui.input(|i| (i.stable_dt.min(STALL), i.modifiers));
+        let pace = match (modifiers.shift, modifiers.alt) {
+            (true, _) => FAST,
+            (_, true) => SLOW,
+            _ => 1.0,
+        };
+        let camera = &model.desc.camera;
+        let diagonal = scene.geometry().bounds().diagonal();
+        let size = if diagonal > 0.0 {
+            diagonal
+        } else {
+            camera.eye.distance(camera.target)
+        };
+        model.desc.camera = flight::flown(camera, way * (size * FLIGHT * pace * seconds));
+        self.is_limited = false;
+        ui.ctx().request_repaint();
+    }
+
+    fn drag(
+        &mut self,
+        response: &Response,
+        rect: Rect,
+        scene: &Scene,
+        model: &mut Model,
+        flies: bool,
+    ) {
         let camera = model.desc.camera;
         let Vec2 { x, y } = response.drag_delta() / rect.height();
-        if response.dragged_by(PointerButton::Primary) {
-            // Half a turn for the height of the picture.
-            model.desc.camera =
-                orbit::turned(&camera, x * std::f32::consts::PI, y * std::f32::consts::PI);
+        // Half a turn for the height of the picture.
+        let [yaw, pitch] = [x, y].map(|share| share * std::f32::consts::PI);
+        let primary = response.dragged_by(PointerButton::Primary);
+        if response.dragged() && (flies || (self.is_flying && primary)) {
+            model.desc.camera = flight::looked(&camera, yaw, pitch);
+            self.is_limited = false;
+        } else if primary {
+            let turn = if model.free_orbit {
+                flight::tumbled
+            } else {
+                orbit::turned
+            };
+            model.desc.camera = turn(&camera, yaw, pitch);
             self.is_limited = false;
         } else if response.dragged() {
             if response.drag_started() {

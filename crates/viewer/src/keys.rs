@@ -13,6 +13,8 @@ pub enum Action {
     Open,
     /// Open this file or built-in scene.
     OpenPath(PathBuf),
+    /// Keep the present file after all.
+    CancelOpening,
     /// Read the present file again.
     Reload,
     /// Save the picture as shown.
@@ -25,6 +27,18 @@ pub enum Action {
     Frame,
     /// The camera of the file.
     Home,
+    /// The camera where it was before its last move.
+    CameraBack,
+    /// The camera where it was before that was taken back.
+    CameraOn,
+    /// The view from this direction.
+    ViewFrom([i8; 3]),
+    /// Begin or end to fly.
+    Fly,
+    /// Orbits over the poles, or not.
+    FreeOrbit,
+    /// The camera as text to the clipboard.
+    CopyCamera,
     /// Half a stop brighter.
     Brighter,
     /// Half a stop darker.
@@ -37,6 +51,12 @@ pub enum Action {
     FitTone,
     /// Light as it is.
     ResetTone,
+    /// A copy of the selected object.
+    Duplicate,
+    /// The scene without the selected object.
+    Delete,
+    /// Choose a mesh file and add it.
+    AddMesh,
     /// Show or hide the list of keys.
     Help,
     /// Show or hide the stability lab.
@@ -72,6 +92,10 @@ pub enum Action {
 const PLAIN: Modifiers = Modifiers::NONE;
 const SHIFT: Modifiers = Modifiers::SHIFT;
 const COMMAND: Modifiers = Modifiers::COMMAND;
+const ALT: Modifiers = Modifiers::ALT;
+
+/// Keys that fly while one flies, and mean what else they do otherwise.
+pub const FLIGHT: [Key; 6] = [Key::W, Key::A, Key::S, Key::D, Key::Q, Key::E];
 
 /// Keys, actions and their description. Where modifiers overlap, the longer one comes first: a
 /// shortcut without Shift also matches with it.
@@ -114,12 +138,86 @@ const KEYS: &[(Modifiers, Key, Action, &str)] = &[
         "pause or go on; samples are kept",
     ),
     (
+        SHIFT,
+        Key::F,
+        Action::Fly,
+        "fly without holding the right button, or end it",
+    ),
+    (
         PLAIN,
         Key::F,
         Action::Frame,
         "frame the selected object, or the scene",
     ),
     (PLAIN, Key::Home, Action::Home, "back to the file's camera"),
+    (
+        COMMAND.plus(SHIFT),
+        Key::Z,
+        Action::Redo,
+        "do again what was undone",
+    ),
+    (COMMAND, Key::Z, Action::Undo, "undo the last edit"),
+    (COMMAND, Key::Y, Action::Redo, ""),
+    (
+        ALT,
+        Key::ArrowLeft,
+        Action::CameraBack,
+        "the camera's last place",
+    ),
+    (
+        ALT,
+        Key::ArrowRight,
+        Action::CameraOn,
+        "the camera's next place",
+    ),
+    (
+        SHIFT,
+        Key::X,
+        Action::ViewFrom([-1, 0, 0]),
+        "view from the left (-x)",
+    ),
+    (
+        PLAIN,
+        Key::X,
+        Action::ViewFrom([1, 0, 0]),
+        "view from the right (+x)",
+    ),
+    (
+        SHIFT,
+        Key::Y,
+        Action::ViewFrom([0, -1, 0]),
+        "view from below (-y)",
+    ),
+    (
+        PLAIN,
+        Key::Y,
+        Action::ViewFrom([0, 1, 0]),
+        "view from above (+y)",
+    ),
+    (
+        SHIFT,
+        Key::Z,
+        Action::ViewFrom([0, 0, -1]),
+        "view from behind (-z)",
+    ),
+    (
+        PLAIN,
+        Key::Z,
+        Action::ViewFrom([0, 0, 1]),
+        "view from the front (+z)",
+    ),
+    (
+        PLAIN,
+        Key::T,
+        Action::FreeOrbit,
+        "orbit freely, over the poles, or with the horizon level",
+    ),
+    (
+        COMMAND.plus(SHIFT),
+        Key::C,
+        Action::CopyCamera,
+        "copy the camera as text, as a scene file has it",
+    ),
     (SHIFT, Key::E, Action::Darker, "half a stop darker"),
     (PLAIN, Key::E, Action::Brighter, "half a stop brighter"),
     (SHIFT, Key::O, Action::Lower, "take away a tenth of white"),
@@ -149,13 +247,17 @@ const KEYS: &[(Modifiers, Key, Action, &str)] = &[
         "close the topmost window, or select nothing",
     ),
     (
-        COMMAND.plus(SHIFT),
-        Key::Z,
-        Action::Redo,
-        "do again what was undone",
+        COMMAND,
+        Key::D,
+        Action::Duplicate,
+        "duplicate the selected object",
     ),
-    (COMMAND, Key::Z, Action::Undo, "undo the last edit"),
-    (COMMAND, Key::Y, Action::Redo, ""),
+    (
+        PLAIN,
+        Key::Delete,
+        Action::Delete,
+        "delete the selected object",
+    ),
     (PLAIN, Key::F1, Action::Help, "show or hide this list"),
     (PLAIN, Key::Questionmark, Action::Help, ""),
     (
@@ -194,9 +296,9 @@ pub fn all() -> impl Iterator<Item = (Modifiers, Key, Action, &'static str)> {
     KEYS.iter().cloned().chain(aovs(true)).chain(aovs(false))
 }
 
-/// Mouse gestures over the picture and their description.
+/// Gestures over the picture, keys that go with them, and their description.
 pub const GESTURES: &[(&str, &str)] = &[
-    ("left drag", "orbit"),
+    ("left drag, or Alt+left drag", "orbit"),
     ("right or middle drag", "pan"),
     ("wheel or pinch", "move towards the point under the cursor"),
     ("click", "select an object"),
@@ -205,11 +307,19 @@ pub const GESTURES: &[(&str, &str)] = &[
         "look into the samples of a pixel: paths, noise, one step by step",
     ),
     ("double-click", "orbit around this point"),
+    (
+        "right button with W A S D, Q E",
+        "look around and fly; Shift fast, Alt slow",
+    ),
+    ("1 to 9", "go to a bookmark of the camera"),
+    ("Ctrl+1 to Ctrl+9", "set a bookmark"),
+    ("Ctrl+V", "paste a camera"),
     ("drop a file", "open it"),
 ];
 
-/// The actions whose keys were pressed. None while text is being typed.
-pub fn pressed(ctx: &Context) -> Vec<Action> {
+/// The actions whose keys were pressed; those of [`FLIGHT`] have none while one `flies`. None while
+/// text is being typed.
+pub fn pressed(ctx: &Context, flies: bool) -> Vec<Action> {
     if ctx.text_edit_focused() {
         return Vec::new();
     }
@@ -220,7 +330,9 @@ pub fn pressed(ctx: &Context) -> Vec<Action> {
     );
     let mut actions = Vec::new();
     for (modifiers, key, action, _) in all() {
-        let taken = (key == Key::Space && focused) || (key == Key::Escape && listing);
+        let taken = (key == Key::Space && focused)
+            || (key == Key::Escape && listing)
+            || (flies && FLIGHT.contains(&key) && !modifiers.command);
         if !taken && ctx.input_mut(|i| i.consume_key(modifiers, key)) {
             actions.push(action);
         }

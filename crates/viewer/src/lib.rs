@@ -1,16 +1,20 @@
 //! The viewer and the command line, both thin over `lightbox-core`.
 
+mod adding;
 pub mod aov;
 pub mod app;
 pub mod args;
 pub mod autopsy;
+pub mod bookmarks;
 pub mod commands;
 pub mod dialogs;
+pub mod flight;
 pub mod gestures;
 pub mod keys;
 pub mod lab;
 pub mod legend;
 pub mod model;
+pub mod objects;
 pub mod orbit;
 pub mod overlay;
 pub mod pace;
@@ -22,4 +26,6 @@ pub mod savings;
 pub mod session;
 pub mod spent;
 pub mod undo;
+pub mod unsaved;
 pub mod viewport;
+pub mod watch;

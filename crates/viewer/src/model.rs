@@ -4,15 +4,12 @@ use std::path::Path;
 
 use glam::Vec3;
 use lightbox_core::color::ToneMap;
-use lightbox_core::math::Ray;
-use lightbox_core::scene::{CameraDesc, MaterialDesc, Object, ObjectKind, QuadDesc};
+use lightbox_core::scene::{CameraDesc, MaterialDesc, Object, ObjectKind};
 use lightbox_core::{Scene, SceneDesc};
 
 use crate::aov::Aov;
+use crate::bookmarks::Bookmarks;
 use crate::session::Budget;
-
-/// Radiance of an added lamp, W/(m²·sr).
-const LAMP_RADIANCE: f32 = 15.0;
 
 /// Which size the picture is rendered at.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -68,6 +65,10 @@ pub struct Model {
     pub tone: ToneMap,
     /// What pixels show.
     pub aov: Aov,
+    /// Whether orbits go over the poles.
+    pub free_orbit: bool,
+    /// Places of the camera to go back to.
+    pub bookmarks: Bookmarks,
     /// Hue of an emission whose strength is zero: material name and colour.
     pub unlit: Option<(String, Vec3)>,
 }
@@ -84,8 +85,22 @@ impl Model {
             budget: tone.map_or(self.budget, |_| Budget::Samples),
             tone: tone.unwrap_or(self.tone),
             aov: self.aov,
+            free_orbit: self.free_orbit,
             ..Self::default()
         };
+    }
+
+    /// Selects a whole object.
+    pub fn select(&mut self, kind: ObjectKind) {
+        self.selection = Some(Selection { kind, part: 0 });
+    }
+
+    /// Orbits over the poles from now on, or with the horizon of the file.
+    pub fn toggle_free_orbit(&mut self) {
+        self.free_orbit = !self.free_orbit;
+        if !self.free_orbit {
+            self.desc.camera.up = self.file_camera.up;
+        }
     }
 
     /// The selected material with the newest edits.
@@ -146,76 +161,6 @@ impl Model {
             .filter(|o| Some(o.kind) != selected && uses(o.kind));
         others.map(|o| o.label.as_str()).collect()
     }
-
-    /// Hangs a lamp under the top of the scene, or above it if that is where it would be seen.
-    pub fn add_lamp(&mut self, scene: &Scene) {
-        let bounds = scene.geometry().bounds();
-        if bounds.is_empty() {
-            return;
-        }
-        let up = dominant_axis(self.desc.camera.up);
-        // Right-handed: across × along = up.
-        let (across, along) = (
-            Vec3::new(up.z, up.x, up.y),
-            Vec3::new(up.y, up.z, up.x).abs(),
-        );
-        let half = bounds.extent() * 0.5;
-        let size = bounds.diagonal();
-        let side = |axis: Vec3| axis * (half.dot(axis.abs()) * 0.3).max(size * 0.05);
-        let height = |share: f32| bounds.center() + up * (half.dot(up.abs()) + share * size);
-        // The camera sees a place in a room; inside a solid body it does not.
-        let eye = self.desc.camera.eye;
-        let seen = |place: &Vec3| {
-            let way = *place - eye;
-            let ray = Ray {
-                t_max: way.length() * 0.999,
-                ..Ray::new(eye, way.normalize_or_zero())
-            };
-            !scene.occluded(&ray, u32::MAX)
-        };
-        let below = height(-0.01);
-        let place = [below, height(0.25)]
-            .into_iter()
-            .find(seen)
-            .unwrap_or(below);
-        let (a, b) = (side(across), side(along));
-        let name = free_name("lamp", |name| {
-            self.desc.materials.iter().any(|m| m.name == name)
-        });
-        self.desc.materials.push(MaterialDesc {
-            name: name.clone(),
-            albedo: Vec3::ZERO,
-            emission: Vec3::splat(LAMP_RADIANCE),
-            ..MaterialDesc::default()
-        });
-        // Counter-clockwise from below, so that it shines down.
-        let corners = [place - a - b, place - a + b, place + a + b, place + a - b];
-        self.desc.quads.push(QuadDesc {
-            name: name.clone(),
-            material: name,
-            corners,
-        });
-    }
-}
-
-/// The signed coordinate axis closest to a direction.
-fn dominant_axis(v: Vec3) -> Vec3 {
-    let a = v.abs();
-    if a.x > a.y && a.x > a.z {
-        Vec3::X * v.x.signum()
-    } else if a.z > a.y {
-        Vec3::Z * v.z.signum()
-    } else {
-        Vec3::Y * v.y.signum()
-    }
-}
-
-fn free_name(wanted: &str, taken: impl Fn(&str) -> bool) -> String {
-    let numbered = (2..).map(|i| format!("{wanted} {i}"));
-    std::iter::once(wanted.to_owned())
-        .chain(numbered)
-        .find(|name| !taken(name))
-        .unwrap_or_default()
 }
 
 /// A file or built-in scene without folder and extension.
@@ -238,20 +183,5 @@ mod tests {
             "teddy-diffuse"
         );
         assert_eq!(scene_name(Path::new("some/folder/a.b.obj")), "a.b");
-    }
-
-    #[test]
-    fn lamps_get_free_names() {
-        assert_eq!(
-            free_name("lamp", |n| n == "lamp" || n == "lamp 2"),
-            "lamp 3"
-        );
-    }
-
-    #[test]
-    fn axes_keep_their_sign() {
-        for axis in [Vec3::X, -Vec3::X, Vec3::Y, -Vec3::Y, Vec3::Z, -Vec3::Z] {
-            assert_eq!(dominant_axis(axis * 2.0 + Vec3::splat(0.1)), axis);
-        }
     }
 }

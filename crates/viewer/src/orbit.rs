@@ -14,21 +14,21 @@ const STEEPEST: f64 = FRAC_PI_2 - 0.01;
 const FRAMED: f64 = 0.9;
 
 /// A camera's axes, unit length. In f64: eye and target may be close together and far away.
-struct Axes {
+pub(crate) struct Axes {
     /// From eye to target.
-    forward: DVec3,
+    pub forward: DVec3,
     /// To the right in the picture.
-    right: DVec3,
+    pub right: DVec3,
     /// Upwards in the picture.
-    up: DVec3,
+    pub up: DVec3,
     /// The fixed axis that orbits turn around.
-    pole: DVec3,
+    pub pole: DVec3,
     /// From eye to target, scene units.
-    distance: f64,
+    pub distance: f64,
 }
 
 /// `None` for a camera that cannot take a picture.
-fn axes(camera: &CameraDesc) -> Option<Axes> {
+pub(crate) fn axes(camera: &CameraDesc) -> Option<Axes> {
     let view = camera.target.as_dvec3() - camera.eye.as_dvec3();
     let (forward, pole) = (view.try_normalize()?, camera.up.as_dvec3().try_normalize()?);
     // At a pole, the same choice as the camera's.
@@ -189,7 +189,8 @@ pub fn blended(from: &CameraDesc, to: &CameraDesc, t: f32) -> CameraDesc {
     CameraDesc {
         eye: eye.as_vec3(),
         target: target.as_vec3(),
-        up: to.up,
+        // Only a tumble has tilted it.
+        up: from.up.lerp(to.up, t as f32).normalize_or(to.up),
         fov: from.fov + (to.fov - from.fov) * t as f32,
     }
 }

@@ -1,6 +1,4 @@
-//! What is drawn over the picture: the box of the selection, the pivot, small texts.
-
-use std::sync::{Arc, Weak};
+//! What is drawn over the picture: the outline of the selection, the pivot, small texts.
 
 use egui::accesskit::Role;
 use egui::{Color32, Painter, Pos2, Rect, Response, Sense, Stroke, Ui, Vec2, WidgetInfo};
@@ -8,58 +6,82 @@ use glam::Vec3;
 use lightbox_core::Scene;
 use lightbox_core::film::Pixel;
 use lightbox_core::math::Aabb;
-use lightbox_core::scene::CameraDesc;
+use lightbox_core::scene::{CameraDesc, ObjectKind, SphereDesc};
 
 use crate::gestures::{pick, share};
-use crate::model::{Model, Selection};
+use crate::model::Model;
 use crate::panels::format;
 
-/// Color of the selection's box.
+/// Color of the selection's outline.
 const SELECTED: Color32 = Color32::from_rgb(255, 190, 60);
 
-/// Bounds of the selected object; kept, because finding them takes a look at every primitive.
-#[derive(Default)]
-pub struct Overlay {
-    outline: Option<(Selection, Weak<Scene>, Aabb)>,
+/// Lines of a sphere's outline.
+const ROUND: u32 = 64;
+
+/// Draws the outline of the selected object as it is edited: a sphere's rim, a quad's edges, the box
+/// around a mesh.
+pub fn outline(painter: &Painter, rect: Rect, scene: &Scene, model: &Model) {
+    let Some(object) = model.selection.and_then(|s| s.object(scene)) else {
+        return;
+    };
+    let desc = &model.desc;
+    let lines: Vec<[Vec3; 2]> = match object.kind {
+        ObjectKind::Sphere(i) => desc
+            .spheres
+            .get(i)
+            .map_or_else(Vec::new, |sphere| ring(&rim(sphere, desc.camera.eye))),
+        ObjectKind::Quad(i) => desc
+            .quads
+            .get(i)
+            .map_or_else(Vec::new, |quad| ring(&quad.corners)),
+        ObjectKind::Mesh(i) => desc.meshes.get(i).map_or_else(Vec::new, |mesh| {
+            let place = mesh.placement();
+            edges(&object.bounds).map(|line| line.map(&place)).collect()
+        }),
+    };
+    for (width, color) in [(3.0, Color32::from_black_alpha(110)), (1.5, SELECTED)] {
+        let stroke = Stroke::new(width, color);
+        for line in &lines {
+            if let Some(line) = on_screen(rect, &desc.camera, *line) {
+                painter.line_segment(line, stroke);
+            }
+        }
+    }
 }
 
-impl Overlay {
-    /// Draws the box of the selected object.
-    pub fn outline(&mut self, painter: &Painter, rect: Rect, scene: &Arc<Scene>, model: &Model) {
-        let Some(bounds) = self.bounds(scene, model) else {
-            return;
-        };
-        let stroke = Stroke::new(1.0, SELECTED.gamma_multiply(0.8));
-        let camera = &model.desc.camera;
-        for [a, b] in edges(&bounds) {
-            if let (Some(a), Some(b)) = (on_screen(rect, camera, a), on_screen(rect, camera, b)) {
-                painter.line_segment([a, b], stroke);
-            }
-        }
+/// The circle in which rays from the eye touch a sphere; nothing from within.
+fn rim(sphere: &SphereDesc, eye: Vec3) -> Vec<Vec3> {
+    let way = sphere.center - eye;
+    let (distance, radius) = (way.length(), sphere.radius);
+    if !(distance > radius) {
+        return Vec::new();
     }
+    let axis = way / distance;
+    let near = radius / distance;
+    let (center, around) = (
+        sphere.center - axis * (radius * near),
+        radius * (1.0 - near * near).sqrt(),
+    );
+    let (a, b) = axis.any_orthonormal_pair();
+    (0..ROUND)
+        .map(|i| {
+            let (sin, cos) = (i as f32 / ROUND as f32 * std::f32::consts::TAU).sin_cos();
+            center + (a * cos + b * sin) * around
+        })
+        .collect()
+}
 
-    fn bounds(&mut self, scene: &Arc<Scene>, model: &Model) -> Option<Aabb> {
-        let selection = model.selection?;
-        match &self.outline {
-            Some((of, within, bounds))
-                if *of == selection && within.as_ptr() == Arc::as_ptr(scene) =>
-            {
-                Some(*bounds)
-            }
-            _ => {
-                let bounds = scene.object_bounds(selection.object(scene)?);
-                self.outline = Some((selection, Arc::downgrade(scene), bounds));
-                Some(bounds)
-            }
-        }
-    }
+/// The lines around some corners.
+fn ring(corners: &[Vec3]) -> Vec<[Vec3; 2]> {
+    let next = corners.iter().cycle().skip(1);
+    corners.iter().zip(next).map(|(a, b)| [*a, *b]).collect()
 }
 
 /// The twelve edges of a box.
-fn edges(bounds: &Aabb) -> impl Iterator<Item = [Vec3; 2]> {
-    let corner = |i: usize| {
+fn edges(bounds: &Aabb) -> impl Iterator<Item = [Vec3; 2]> + use<> {
+    let (lo, hi) = (bounds.min, bounds.max);
+    let corner = move |i: usize| {
         let pick = |bit: usize, lo: f32, hi: f32| if i >> bit & 1 == 1 { hi } else { lo };
-        let (lo, hi) = (bounds.min, bounds.max);
         Vec3::new(
             pick(0, lo.x, hi.x),
             pick(1, lo.y, hi.y),
@@ -73,9 +95,27 @@ fn edges(bounds: &Aabb) -> impl Iterator<Item = [Vec3; 2]> {
     })
 }
 
-fn on_screen(rect: Rect, camera: &CameraDesc, point: Vec3) -> Option<Pos2> {
-    let ([x, y], _) = crate::orbit::projected(camera, point)?;
-    Some(rect.center() + Vec2::new(x, y) * rect.height())
+/// Where a line is seen, as far as it is in front of the camera.
+fn on_screen(rect: Rect, camera: &CameraDesc, [a, b]: [Vec3; 2]) -> Option<[Pos2; 2]> {
+    let axis = (camera.target - camera.eye).normalize_or_zero();
+    let depth = |p: Vec3| (p - camera.eye).dot(axis);
+    let (near, far) = if depth(a) < depth(b) { (a, b) } else { (b, a) };
+    // Nearer than that, coordinates would grow out of bounds.
+    let least = depth(far) * 1e-3;
+    if !(least > 0.0) {
+        return None;
+    }
+    let hidden = ((least - depth(near)) / (depth(far) - depth(near))).max(0.0);
+    let near = if hidden > 0.0 {
+        near.lerp(far, hidden)
+    } else {
+        near
+    };
+    let seen = |point| {
+        let ([x, y], _) = crate::orbit::projected(camera, point)?;
+        Some(rect.center() + Vec2::new(x, y) * rect.height())
+    };
+    Some([seen(near)?, seen(far)?])
 }
 
 /// A small cross where the camera turns around.
@@ -172,5 +212,46 @@ mod tests {
         for length in [1.0, 2.0, 3.0] {
             assert_eq!(lengths.iter().filter(|l| **l == length).count(), 4);
         }
+    }
+
+    const CAMERA: CameraDesc = CameraDesc {
+        eye: Vec3::new(0.0, 0.0, 4.0),
+        target: Vec3::ZERO,
+        up: Vec3::Y,
+        fov: 40.0,
+    };
+
+    #[test]
+    fn rays_touch_a_sphere_at_its_rim() {
+        let sphere = SphereDesc {
+            name: String::new(),
+            material: String::new(),
+            center: Vec3::new(0.5, 0.2, 1.0),
+            radius: 0.7,
+        };
+        let points = rim(&sphere, CAMERA.eye);
+        assert_eq!(ring(&points).len(), ROUND as usize);
+        for point in points {
+            let out = point - sphere.center;
+            assert!((out.length() - sphere.radius).abs() < 1e-5);
+            assert!(out.dot(point - CAMERA.eye).abs() < 1e-5);
+        }
+        assert!(rim(&sphere, sphere.center).is_empty());
+    }
+
+    #[test]
+    fn a_line_that_passes_the_camera_is_cut_off() {
+        let rect = Rect::from_min_size(Pos2::ZERO, Vec2::new(200.0, 100.0));
+        let (front, back) = (Vec3::new(0.5, 0.0, 0.0), Vec3::new(0.5, 0.0, 9.0));
+        let seen = on_screen(rect, &CAMERA, [front, back]).unwrap();
+        assert_eq!(on_screen(rect, &CAMERA, [back, front]).unwrap(), seen);
+        // Outwards to the right, from where its front end is seen.
+        assert!(
+            seen[0].x > 1000.0 && seen[1].x > 100.0 && seen[1].x < 150.0,
+            "{seen:?}"
+        );
+        assert_eq!(on_screen(rect, &CAMERA, [back, back + Vec3::Z]), None);
+        let whole = on_screen(rect, &CAMERA, [Vec3::ZERO, Vec3::X]).unwrap();
+        assert!(whole.iter().all(|p| p.y == 50.0));
     }
 }

@@ -1,65 +1,102 @@
-//! Undo and redo of whatever changes the description of the scene: materials, shapes, settings,
-//! camera. One step for each gesture.
+//! Undo and redo: of whatever changes the description of the scene, and apart from that of where
+//! the camera has been. One step for each gesture.
 
 use lightbox_core::SceneDesc;
+use lightbox_core::scene::CameraDesc;
 
 /// Most steps that are kept.
 const STEPS: usize = 200;
 
-/// Earlier and later descriptions.
-#[derive(Default)]
-pub struct Undo {
-    /// As of the last step.
-    present: SceneDesc,
-    past: Vec<SceneDesc>,
-    future: Vec<SceneDesc>,
-    /// As of the last frame.
-    seen: SceneDesc,
+/// What has a history.
+pub trait State: Clone + Default {
+    /// Whether going from one to the other is no step.
+    fn same(&self, other: &Self) -> bool;
+
+    /// This state as it comes back when `present` is left.
+    fn coming_after(self, present: &Self) -> Self;
 }
 
-impl Undo {
-    /// Begins with the description of another file.
-    pub fn open(&mut self, desc: &SceneDesc) {
+impl State for SceneDesc {
+    /// The size of the picture is the window's business, and the camera has its own history.
+    fn same(&self, other: &Self) -> bool {
+        let apart = |d: &Self| (d.render.width, d.render.height, d.camera);
+        if apart(self) == apart(other) {
+            return self == other;
+        }
+        *self == other.clone().coming_after(self)
+    }
+
+    fn coming_after(mut self, present: &Self) -> Self {
+        (self.render.width, self.render.height) = (present.render.width, present.render.height);
+        self.camera = present.camera;
+        self
+    }
+}
+
+impl State for CameraDesc {
+    fn same(&self, other: &Self) -> bool {
+        self == other
+    }
+
+    fn coming_after(self, _: &Self) -> Self {
+        self
+    }
+}
+
+/// Earlier and later states.
+#[derive(Default)]
+pub struct Undo<T> {
+    /// As of the last step.
+    present: T,
+    past: Vec<T>,
+    future: Vec<T>,
+    /// As of the last frame.
+    seen: T,
+}
+
+impl<T: State> Undo<T> {
+    /// Begins with that of another file.
+    pub fn open(&mut self, state: &T) {
         *self = Self {
-            present: desc.clone(),
-            seen: desc.clone(),
+            present: state.clone(),
+            seen: state.clone(),
             ..Self::default()
         };
     }
 
     /// Takes down an edit once it is over: nothing has changed for a frame, and no button is held.
-    pub fn watch(&mut self, desc: &SceneDesc, is_held: bool) {
-        if !same(desc, &self.seen) {
-            self.seen = desc.clone();
+    pub fn watch(&mut self, state: &T, is_held: bool) {
+        if !state.same(&self.seen) {
+            self.seen = state.clone();
         } else if !is_held {
-            self.step(desc);
+            self.step(state);
         }
     }
 
-    /// The description before the last edit, if there was one.
-    pub fn undo(&mut self, desc: &mut SceneDesc) {
-        self.step(desc);
-        go(&mut self.past, &mut self.future, &mut self.present, desc);
-        self.seen = desc.clone();
+    /// The state before the last edit, if there was one.
+    pub fn undo(&mut self, state: &mut T) {
+        self.step(state);
+        go(&mut self.past, &mut self.future, &mut self.present, state);
+        self.seen = state.clone();
     }
 
     /// What was undone last, if nothing was edited since.
-    pub fn redo(&mut self, desc: &mut SceneDesc) {
-        self.step(desc);
-        go(&mut self.future, &mut self.past, &mut self.present, desc);
-        self.seen = desc.clone();
+    pub fn redo(&mut self, state: &mut T) {
+        self.step(state);
+        go(&mut self.future, &mut self.past, &mut self.present, state);
+        self.seen = state.clone();
     }
 
     /// Whether there is something to undo, and to redo.
     pub fn can(&self) -> [bool; 2] {
-        let is_edited = !same(&self.seen, &self.present);
+        let is_edited = !self.seen.same(&self.present);
         [is_edited || !self.past.is_empty(), !self.future.is_empty()]
     }
 
-    fn step(&mut self, desc: &SceneDesc) {
-        if !same(desc, &self.present) {
+    fn step(&mut self, state: &T) {
+        if !state.same(&self.present) {
             self.past
-                .push(std::mem::replace(&mut self.present, desc.clone()));
+                .push(std::mem::replace(&mut self.present, state.clone()));
             self.future.clear();
             if self.past.len() > STEPS {
                 self.past.remove(0);
@@ -68,29 +105,12 @@ impl Undo {
     }
 }
 
-fn go(
-    from: &mut Vec<SceneDesc>,
-    to: &mut Vec<SceneDesc>,
-    present: &mut SceneDesc,
-    desc: &mut SceneDesc,
-) {
-    if let Some(mut next) = from.pop() {
-        // The size of the picture is the window's business.
-        (next.render.width, next.render.height) = (desc.render.width, desc.render.height);
+fn go<T: State>(from: &mut Vec<T>, to: &mut Vec<T>, present: &mut T, state: &mut T) {
+    if let Some(next) = from.pop() {
+        let next = next.coming_after(state);
         to.push(std::mem::replace(present, next.clone()));
-        *desc = next;
+        *state = next;
     }
-}
-
-/// Whether two descriptions differ in nothing but the size of the picture.
-fn same(a: &SceneDesc, b: &SceneDesc) -> bool {
-    let size = |d: &SceneDesc| (d.render.width, d.render.height);
-    if size(a) == size(b) {
-        return a == b;
-    }
-    let mut b = b.clone();
-    (b.render.width, b.render.height) = size(a);
-    *a == b
 }
 
 #[cfg(test)]
@@ -148,18 +168,20 @@ mod tests {
     }
 
     #[test]
-    fn the_size_of_the_window_is_no_edit() {
+    fn the_size_of_the_window_and_the_camera_are_no_edits() {
         let mut undo = Undo::default();
         undo.open(&desc(0));
         undo.watch(&desc(1), false);
         undo.watch(&desc(1), false);
         let mut larger = desc(1);
         larger.render.width += 1;
+        larger.camera.eye.x += 1.0;
         undo.watch(&larger, false);
         undo.watch(&larger, false);
         undo.undo(&mut larger);
         let mut expected = desc(0);
         expected.render.width += 1;
+        expected.camera.eye.x += 1.0;
         assert_eq!(larger, expected);
         assert_eq!(undo.can(), [false, true]);
     }

@@ -9,7 +9,7 @@ use crate::aov::Scope;
 use crate::gestures::Gestures;
 use crate::legend;
 use crate::model::{Model, PictureSize};
-use crate::overlay::{self, Overlay};
+use crate::overlay;
 use crate::panels::format;
 use crate::session::{Session, Snapshot, Status};
 
@@ -26,7 +26,6 @@ pub struct Viewport {
     /// Camera moves.
     pub gestures: Gestures,
     texture: Option<Shown>,
-    overlay: Overlay,
     resize: Option<Resize>,
 }
 
@@ -86,7 +85,7 @@ impl Viewport {
         self.picture(ui, rect, snapshot);
 
         let painter = ui.painter().with_clip_rect(space);
-        self.overlay.outline(&painter, rect, scene, model);
+        overlay::outline(&painter, rect, scene, model);
         if self.gestures.is_moving(&response) {
             overlay::pivot(&painter, rect.center());
         }
@@ -97,13 +96,15 @@ impl Viewport {
                 format::seconds(past.seconds)
             );
             overlay::tag(ui, &painter, space.left_top(), &text);
+        } else if self.gestures.is_flying {
+            let text = "flying: W A S D, Q E, drag to look, Shift fast, Alt slow; Esc ends it";
+            overlay::tag(ui, &painter, space.left_top(), text);
         } else if let Some(scale) = snapshot.preview {
-            overlay::tag(
-                ui,
-                &painter,
-                space.left_top(),
-                &format!("preview 1/{scale}"),
-            );
+            let text = match status.loading {
+                Some(_) => format!("preview 1/{scale}, building"),
+                None => format!("preview 1/{scale}"),
+            };
+            overlay::tag(ui, &painter, space.left_top(), &text);
         } else if self.gestures.is_limited {
             overlay::tag(ui, &painter, space.left_top(), "as far as the camera goes");
         }

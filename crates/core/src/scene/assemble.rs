@@ -8,7 +8,7 @@ use glam::{Vec2, Vec3};
 
 use super::desc::{MaterialDesc, SceneDesc};
 use super::error::SceneError;
-use super::{MeshCache, MirrorSphere, Object, ObjectKind, Scene, builtin, load, place};
+use super::{MeshCache, MirrorSphere, Object, ObjectKind, Scene, builtin, load};
 use crate::bsdf::Bsdf;
 use crate::color::luminance;
 use crate::geometry::{Primitive, Primitives};
@@ -26,7 +26,7 @@ pub(super) fn primitives(desc: &SceneDesc, meshes: &MeshCache) -> (Primitives, V
     let mut primitives = Primitives::default();
     let mut objects: Vec<Object> = Vec::new();
     let mut next_slot = 0;
-    let mut object = |kind, name: &str, slots: u32| {
+    let mut object = |kind, name: &str, slots: u32, bounds| {
         let first_slot = next_slot;
         next_slot += slots;
         let label = match (name, kind) {
@@ -40,6 +40,7 @@ pub(super) fn primitives(desc: &SceneDesc, meshes: &MeshCache) -> (Primitives, V
             label,
             first_slot,
             slots,
+            bounds,
         });
         first_slot
     };
@@ -48,14 +49,17 @@ pub(super) fn primitives(desc: &SceneDesc, meshes: &MeshCache) -> (Primitives, V
         (Vec::new(), Vec::new(), Vec::new());
 
     for (i, sphere) in desc.spheres.iter().enumerate() {
-        sphere_slots.push(object(ObjectKind::Sphere(i), &sphere.name, 1));
-        primitives.spheres.push(Sphere {
-            center: sphere.center,
-            radius: sphere.radius,
-        });
+        let (center, radius) = (sphere.center, sphere.radius);
+        let bounds = Aabb {
+            min: center - radius,
+            max: center + radius,
+        };
+        sphere_slots.push(object(ObjectKind::Sphere(i), &sphere.name, 1, bounds));
+        primitives.spheres.push(Sphere { center, radius });
     }
     for (i, quad) in desc.quads.iter().enumerate() {
-        let slot = object(ObjectKind::Quad(i), &quad.name, 1);
+        let bounds = Aabb::of_points(quad.corners);
+        let slot = object(ObjectKind::Quad(i), &quad.name, 1, bounds);
         if Quad::is_parallelogram(&quad.corners) {
             quad_slots.push(slot);
             primitives.quads.push(Quad::new(quad.corners));
@@ -83,8 +87,9 @@ pub(super) fn primitives(desc: &SceneDesc, meshes: &MeshCache) -> (Primitives, V
             0
         };
         // The last slot is for faces without a material of their own.
-        let first = object(ObjectKind::Mesh(i), &mesh_desc.name, own_materials + 1);
-        let position = place(mesh_desc);
+        let kind = ObjectKind::Mesh(i);
+        let first = object(kind, &mesh_desc.name, own_materials + 1, mesh.bounds());
+        let position = mesh_desc.placement();
         let positions: Vec<_> = mesh.positions.iter().map(|p| position(*p)).collect();
         primitives.triangles.extend(
             mesh.triangles

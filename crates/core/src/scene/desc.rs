@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use glam::Vec3;
+use glam::{Quat, Vec3};
 use serde::{Deserialize, Serialize};
 
 use super::builtin;
@@ -204,6 +204,24 @@ pub struct MeshDesc {
 }
 
 impl MeshDesc {
+    /// Where the points of its file stand in the scene.
+    pub fn placement(&self) -> impl Fn(Vec3) -> Vec3 + use<> {
+        let Self {
+            scale,
+            rotate,
+            translate,
+            ..
+        } = *self;
+        let [x, y, z] = rotate.to_array().map(f32::to_radians);
+        let turn = (rotate != Vec3::ZERO).then(|| {
+            Quat::from_rotation_z(z) * Quat::from_rotation_y(y) * Quat::from_rotation_x(x)
+        });
+        move |p| {
+            let p = p * scale;
+            turn.map_or(p, |turn| turn * p) + translate
+        }
+    }
+
     fn same_shape(&self, other: &Self) -> bool {
         // The number of slots depends on whether the mesh has one material or its file's own.
         let source = |m: &Self| (m.file.clone(), m.boulder, m.material.is_some());

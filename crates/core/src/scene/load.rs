@@ -12,6 +12,7 @@ use super::builtin;
 use super::desc::{MeshDesc, SceneDesc};
 use super::error::{SceneError, SceneWarning};
 use super::obj::ObjMesh;
+use super::rewrite::rewritten;
 use super::{MeshCache, Phase, Scene, stage};
 use crate::image_io::write_aside;
 
@@ -130,12 +131,26 @@ fn line_of(text: &str, byte: usize) -> usize {
 }
 
 /// Writes a scene file that reads back as this description, whole or not at all; the error is one
-/// line. Files that it names should be absolute ([`SceneDesc::detached`]).
-pub fn save(path: &Path, desc: &SceneDesc) -> Result<(), String> {
+/// line. `from` is the file that the description came from: relative to it are the files that are
+/// named, and if it is a scene file, what was not edited stays as it is written there, comments
+/// included.
+pub fn save(path: &Path, desc: &SceneDesc, from: &Path) -> Result<(), String> {
     let cannot = |why: &dyn std::fmt::Display| {
         format!("{}: the scene cannot be written ({why})", path.display())
     };
-    let text = toml::to_string(desc).map_err(|e| cannot(&e))?;
+    let folder = |path: &Path| builtin::absolute(path.with_file_name(""));
+    let desc = if folder(path) == folder(from) {
+        desc.clone()
+    } else {
+        desc.detached(from)
+    };
+    let is_scene = from.extension().is_some_and(|e| e == "toml");
+    let bytes = is_scene.then(|| read(from).ok()).flatten();
+    let text = bytes.and_then(|bytes| rewritten(std::str::from_utf8(&bytes).ok()?, &desc));
+    let text = match text {
+        Some(text) => text,
+        None => toml::to_string(&desc).map_err(|e| cannot(&e))?,
+    };
     write_aside(path, |file| {
         file.write_all(text.as_bytes()).map_err(|e| cannot(&e))
     })

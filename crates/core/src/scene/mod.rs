@@ -10,12 +10,13 @@ mod desc;
 mod error;
 mod load;
 pub mod obj;
+mod rewrite;
 mod stage;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use glam::{Quat, Vec3};
+use glam::Vec3;
 
 pub use boulder::boulder;
 pub use builtin::{LAB as BUILTIN_LAB, NAMES as BUILTIN};
@@ -54,6 +55,8 @@ pub struct Object {
     pub first_slot: u32,
     /// Number of its slots: one for each material of the mesh file, else 1.
     pub slots: u32,
+    /// Box around it; around a mesh as its file has it, before [`MeshDesc::placement`].
+    pub bounds: Aabb,
 }
 
 /// Index into the description's list of that kind.
@@ -440,21 +443,4 @@ fn missing_file(error: SceneError, mesh: usize) -> SceneError {
         return error;
     }
     SceneError::at_place("mesh", mesh, "file", error.to_string())
-}
-
-/// Position of a mesh vertex in the scene.
-fn place(desc: &MeshDesc) -> impl Fn(Vec3) -> Vec3 {
-    let MeshDesc {
-        scale,
-        rotate,
-        translate,
-        ..
-    } = *desc;
-    let [x, y, z] = rotate.to_array().map(f32::to_radians);
-    let turn = (rotate != Vec3::ZERO)
-        .then(|| Quat::from_rotation_z(z) * Quat::from_rotation_y(y) * Quat::from_rotation_x(x));
-    move |p| {
-        let p = p * scale;
-        turn.map_or(p, |turn| turn * p) + translate
-    }
 }

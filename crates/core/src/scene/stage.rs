@@ -30,12 +30,7 @@ pub(super) fn mesh_desc(path: &Path) -> MeshDesc {
 
 /// A scene around a mesh.
 pub(super) fn around_mesh(mesh: &ObjMesh, desc: MeshDesc) -> SceneDesc {
-    let used = mesh
-        .triangles
-        .iter()
-        .flatten()
-        .map(|v| mesh.positions[*v as usize]);
-    let bounds = Aabb::of_points(used);
+    let bounds = mesh.bounds();
     let emits = |m: u32| {
         mesh.materials
             .get(m as usize)

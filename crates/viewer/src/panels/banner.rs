@@ -1,15 +1,19 @@
 //! Lines over the picture: what failed, what was saved, what is missing.
 
-use std::sync::Arc;
-
 use egui::{Align2, Area, Color32, Frame, Id, Rect, Ui};
 use lightbox_core::Scene;
+use lightbox_core::scene::Phase;
 
-use crate::model::Model;
-use crate::session::Notice;
+use super::format::counted;
+use crate::keys::Action;
+use crate::model::{Model, scene_name};
+use crate::session::{Notice, Status};
 
 /// How long good news stay, seconds. Errors stay until they are dismissed.
 const GOOD_NEWS: f64 = 6.0;
+
+/// How long a file may take to open without a word, seconds.
+const SOON: f64 = 0.3;
 
 /// Most lines at a time; the oldest go first.
 const MOST: usize = 4;
@@ -18,6 +22,10 @@ const MOST: usize = 4;
 #[derive(Default)]
 pub struct Banners {
     lines: Vec<(Notice, f64)>,
+    /// Since when a file is being opened, seconds of the input's clock.
+    loading: Option<f64>,
+    /// Name of a file that was changed on disk while the scene has edits.
+    pub changed: Option<String>,
 }
 
 impl Banners {
@@ -30,10 +38,19 @@ impl Banners {
     }
 
     /// Draws them over the picture in `space`: an overlay, so that nothing moves.
-    pub fn ui(&mut self, ui: &Ui, space: Rect, model: &mut Model, scene: Option<&Arc<Scene>>) {
+    pub fn ui(
+        &mut self,
+        ui: &Ui,
+        space: Rect,
+        model: &mut Model,
+        status: &Status,
+        actions: &mut Vec<Action>,
+    ) {
         self.expire(ui);
-        let dark = scene.filter(|s| is_dark(s, model));
-        if self.lines.is_empty() && dark.is_none() {
+        let dark = status.scene.as_ref().filter(|s| is_dark(s, model));
+        let loading = self.slow_loading(ui, status);
+        let none = loading.is_none() && dark.is_none() && self.changed.is_none();
+        if self.lines.is_empty() && none {
             return;
         }
         let top = space.center_top() + egui::vec2(0.0, 10.0);
@@ -43,12 +60,35 @@ impl Banners {
             .constrain_to(space);
         area.show(ui.ctx(), |ui| {
             ui.set_max_width((space.width() - 40.0).min(720.0));
+            if let Some(text) = loading {
+                line(ui, false, &text, |ui| {
+                    if ui.button("Cancel").clicked() {
+                        actions.push(Action::CancelOpening);
+                    }
+                });
+            }
             if let Some(scene) = dark {
                 line(ui, false, "Nothing emits light.", |ui| {
                     if ui.button("Add a ceiling lamp").clicked() {
                         model.add_lamp(scene);
                     }
                 });
+            }
+            if let Some(file) = &self.changed {
+                let text = format!(
+                    "{file} was changed on disk. To read it again drops your edits; Undo brings them back."
+                );
+                let mut keep = true;
+                line(ui, false, &text, |ui| {
+                    if ui.button("Read again").clicked() {
+                        actions.push(Action::Reload);
+                        keep = false;
+                    }
+                    keep &= !ui.button("Keep edits").clicked();
+                });
+                if !keep {
+                    self.changed = None;
+                }
             }
             self.lines.retain(|(notice, _)| {
                 let mut keep = true;
@@ -58,6 +98,23 @@ impl Banners {
                 keep
             });
         });
+    }
+
+    /// What is being opened and how far that is, unless it is soon over.
+    fn slow_loading(&mut self, ui: &Ui, status: &Status) -> Option<String> {
+        let (what, phase) = status.opening.as_ref().or_else(|| {
+            self.loading = None;
+            None
+        })?;
+        let now = ui.input(|i| i.time);
+        let wait = SOON - (now - *self.loading.get_or_insert(now));
+        if wait > 0.0 {
+            ui.ctx()
+                .request_repaint_after(std::time::Duration::from_secs_f64(wait + 0.01));
+            return None;
+        }
+        let name = scene_name(what.as_ref());
+        Some(format!("Opening {name}: {}", phase_text(*phase)))
     }
 
     /// Takes good news away when they are old, and wakes up for that.
@@ -73,6 +130,17 @@ impl Banners {
             ui.ctx()
                 .request_repaint_after(std::time::Duration::from_secs_f64(first.max(0.0) + 0.01));
         }
+    }
+}
+
+fn phase_text(phase: Phase) -> String {
+    match phase {
+        Phase::Reading => "reading".into(),
+        Phase::BuildingAccelerator(n) => format!(
+            "building the accelerator, {}",
+            counted(n as u64, "primitive")
+        ),
+        Phase::Ready => "ready".into(),
     }
 }
 
@@ -96,7 +164,7 @@ fn line(ui: &mut Ui, is_error: bool, text: &str, buttons: impl FnOnce(&mut Ui)) 
         .inner_margin(egui::Margin::symmetric(10, 6))
         .show(ui, |ui| {
             ui.horizontal(|ui| {
-                let room = ui.available_width() - 140.0;
+                let room = ui.available_width() - 180.0;
                 ui.scope(|ui| {
                     ui.set_max_width(room.max(120.0));
                     ui.add(

@@ -5,7 +5,7 @@ use egui::{Label, Response, RichText, SliderClamping, Ui};
 use lightbox_core::forecast::Span;
 
 use super::format::{count, percent, percent_within, seconds, seconds_within};
-use super::widgets::{KEEPS, headed, section, slider};
+use super::widgets::{KEEPS, badge, headed, section, slider};
 use crate::model::Model;
 use crate::session::{Activity, Budget, Status};
 
@@ -133,7 +133,9 @@ fn set(ui: &mut Ui, name: &str, tip: &str, add: impl FnOnce(&mut Ui) -> Response
 }
 
 fn radio(ui: &mut Ui, is_set: bool, name: &str, tip: &str) -> bool {
-    ui.radio(is_set, name).on_hover_text(tip).clicked()
+    let radio = ui.radio(is_set, name).on_hover_text(tip);
+    badge(ui, tip);
+    radio.clicked()
 }
 
 /// The line of a figure that follows.

@@ -1,9 +1,8 @@
 //! The camera in numbers.
 
-use egui::{DragValue, Ui};
-use glam::Vec3;
+use egui::Ui;
 
-use super::widgets::{RESTARTS, labelled, number, row, section, slider, thirds};
+use super::widgets::{KEEPS, RESTARTS, point, row, section, slider};
 use crate::keys::{self, Action};
 use crate::model::Model;
 use crate::session::Status;
@@ -22,8 +21,15 @@ pub fn camera_ui(ui: &mut Ui, model: &mut Model, status: &Status, actions: &mut 
         });
         // Fine enough to aim, quick enough to cross the room.
         let speed = f64::from(camera.eye.distance(camera.target)) * 2e-3;
-        point(ui, "Eye", &mut camera.eye, speed);
-        point(ui, "Target", &mut camera.target, speed);
+        let tip = format!("x, y and z in scene units: drag, or click to type. {RESTARTS}");
+        point(ui, "Eye", &tip, &mut camera.eye, speed, "");
+        point(ui, "Target", &tip, &mut camera.target, speed, "");
+        let tip =
+            format!("Orbits over the poles instead of keeping the horizon level (T). {KEEPS}");
+        let mut is_free = model.free_orbit;
+        if row(ui, "Free orbit", &tip, |ui| ui.checkbox(&mut is_free, "")).changed() {
+            actions.push(Action::FreeOrbit);
+        }
         ui.horizontal(|ui| {
             for (text, action, tip) in [
                 (
@@ -40,24 +46,6 @@ pub fn camera_ui(ui: &mut Ui, model: &mut Model, status: &Status, actions: &mut 
             }
             copy(ui, model, status);
         });
-    });
-}
-
-fn point(ui: &mut Ui, name: &str, value: &mut Vec3, speed: f64) {
-    let tip = format!("x, y and z in scene units: drag, or click to type. {RESTARTS}");
-    labelled(ui, name, &tip, |ui| {
-        let width = thirds(ui);
-        for (axis, x) in ["x", "y", "z"].into_iter().zip(value.as_mut()) {
-            let drag = DragValue::new(x)
-                .custom_parser(number)
-                .speed(speed)
-                .max_decimals(3)
-                .clip_text(true);
-            let response = ui.add_sized([width, ui.spacing().interact_size.y], drag);
-            response
-                .on_hover_text(&tip)
-                .accessible_name(format!("{name} {axis}"));
-        }
     });
 }
 

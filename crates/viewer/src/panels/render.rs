@@ -21,8 +21,10 @@ pub fn render_ui(ui: &mut Ui, model: &mut Model) {
              and traces paths from the lamps by way of mirror and glass. {RESTARTS}"
         );
         choice(ui, "Method", &tip, &mut settings.method, Method::ALL);
-        let tip = "How rays find surfaces. Changes the speed only. Builds in the background.";
-        choice(ui, "Accelerator", tip, &mut settings.accel, AccelKind::ALL);
+        let tip = format!(
+            "How rays find surfaces: the same picture, sooner or later. Builds in the background. {RESTARTS}"
+        );
+        choice(ui, "Accelerator", &tip, &mut settings.accel, AccelKind::ALL);
         let tip = format!(
             "Where the random numbers come from: sobol is even, independent is not. {RESTARTS}"
         );
@@ -56,9 +58,9 @@ fn depth(ui: &mut Ui, settings: &mut RenderSettings) {
         response
     });
     let tip = format!("Paths end by chance and by leaving the scene only. {RESTARTS}");
-    let checkbox = labelled(ui, "", "", |ui| {
+    let checkbox = labelled(ui, "", &tip, |ui| {
         ui.checkbox(&mut unlimited, "Unlimited depth")
-            .on_hover_text(tip)
+            .on_hover_text(&tip)
     });
     if checkbox.changed() {
         settings.depth = if unlimited {

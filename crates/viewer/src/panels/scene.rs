@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use egui::Ui;
 use lightbox_core::Scene;
-use lightbox_core::scene::{BUILTIN, Phase};
+use lightbox_core::scene::BUILTIN;
 
 use super::format::{count, counted, length};
 use super::widgets::{labelled, section};
@@ -64,13 +64,6 @@ pub fn scene_ui(
             ],
             actions,
         );
-        if let Some((what, phase)) = &status.loading {
-            ui.label(format!(
-                "Opening {}: {}",
-                scene_name(what.as_ref()),
-                phase_text(*phase)
-            ));
-        }
         let Some(scene) = &status.scene else { return };
         ui.add(egui::Label::new(census(scene)).wrap());
         warnings(ui, scene);
@@ -120,17 +113,6 @@ fn buttons(ui: &mut Ui, row: [(&str, Action, &str, bool); 3], actions: &mut Vec<
             }
         }
     });
-}
-
-fn phase_text(phase: Phase) -> String {
-    match phase {
-        Phase::Reading => "reading".into(),
-        Phase::BuildingAccelerator(n) => format!(
-            "building the accelerator, {}",
-            counted(n as u64, "primitive")
-        ),
-        Phase::Ready => "ready".into(),
-    }
 }
 
 /// One line on what the scene holds.

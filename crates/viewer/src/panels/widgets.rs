@@ -5,7 +5,8 @@ use std::fmt::Display;
 use std::ops::RangeInclusive;
 
 use egui::emath::Numeric;
-use egui::{Response, Slider, SliderClamping, Ui};
+use egui::{DragValue, Response, Slider, SliderClamping, Ui};
+use glam::Vec3;
 
 /// End of tooltips of what is applied to the samples there are.
 pub const KEEPS: &str = "Keeps the samples.";
@@ -77,8 +78,26 @@ pub fn labelled<R>(ui: &mut Ui, name: &str, tip: &str, add: impl FnOnce(&mut Ui)
         if !tip.is_empty() {
             label.on_hover_text(tip);
         }
+        badge(ui, tip);
     };
     headed(ui, head, add)
+}
+
+/// At the end of the names' column: what a change costs, by the end of the tooltip.
+pub fn badge(ui: &mut Ui, tip: &str) {
+    let glyph = if tip.ends_with(RESTARTS) {
+        "↺"
+    } else if tip.ends_with(KEEPS) {
+        "•"
+    } else {
+        return;
+    };
+    let left = egui::Layout::right_to_left(egui::Align::Center);
+    ui.with_layout(left, |ui| {
+        let text = egui::RichText::new(glyph).weak();
+        let label = egui::Label::new(text).selectable(false);
+        ui.add(label).on_hover_text(tip);
+    });
 }
 
 /// A line with something in the place of its name.
@@ -112,6 +131,25 @@ pub fn choice<T: Copy + PartialEq + Display>(
         for variant in all {
             ui.selectable_value(value, *variant, variant.to_string())
                 .on_hover_text(tip);
+        }
+    });
+}
+
+/// Three numbers along the axes; `speed` is what a point of dragging adds.
+pub fn point(ui: &mut Ui, name: &str, tip: &str, value: &mut Vec3, speed: f64, suffix: &str) {
+    labelled(ui, name, tip, |ui| {
+        let width = thirds(ui);
+        for (axis, x) in ["x", "y", "z"].into_iter().zip(value.as_mut()) {
+            let drag = DragValue::new(x)
+                .custom_parser(number)
+                .speed(speed)
+                .max_decimals(3)
+                .suffix(suffix)
+                .clip_text(true);
+            let response = ui.add_sized([width, ui.spacing().interact_size.y], drag);
+            response
+                .on_hover_text(tip)
+                .accessible_name(format!("{name} {axis}"));
         }
     });
 }

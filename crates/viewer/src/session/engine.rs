@@ -379,10 +379,10 @@ impl Engine<'_> {
         }
     }
 
-    /// Has an accelerator built in the background, unless that is under way already.
+    /// Has an accelerator built in the background. One at a time: a drag would start one for each
+    /// frame and see none. What has changed since is seen to when it is there.
     fn rebuild(&mut self, scene: &Arc<Scene>, desc: Arc<SceneDesc>) {
-        let wanted = self.rebuilding.as_ref();
-        if wanted.is_some_and(|(_, wanted)| wanted.same_shapes(&desc)) {
+        if self.rebuilding.is_some() {
             return;
         }
         let (scene, edited) = (scene.clone(), desc.clone());

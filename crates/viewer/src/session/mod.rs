@@ -128,6 +128,8 @@ struct Outbox {
     past: Option<Arc<Snapshot>>,
     history: Arc<History>,
     notices: Vec<Notice>,
+    /// The scene as it was written last.
+    saved: Option<Arc<SceneDesc>>,
     shown: Option<Shown>,
     look: Look,
     /// A tone map that fits the picture, for the window.
@@ -242,6 +244,12 @@ impl Session {
             },
             |inbox, _, opened| inbox.opened = Some(opened),
         );
+    }
+
+    /// Does not open what is being opened after all.
+    pub fn cancel_opening(&self) {
+        // Its work goes on for a while; the result has no place to go.
+        lock(&self.shared.outbox).opening = None;
     }
 
     /// Shows an edited description of the scene that [`Status::opened`] counted: camera, settings,
@@ -390,9 +398,11 @@ impl Session {
     /// The present state.
     pub fn status(&self) -> Status {
         let outbox = lock(&self.shared.outbox);
-        let loading = outbox.opening.as_ref().or(outbox.rebuilding.as_ref());
+        let told = |loading: &Loading| (loading.label.clone(), loading.phase);
+        let opening = outbox.opening.as_ref().map(told);
         Status {
-            loading: loading.map(|l| (l.label.clone(), l.phase)),
+            loading: opening.clone().or(outbox.rebuilding.as_ref().map(told)),
+            opening,
             ..outbox.status.clone()
         }
     }
@@ -400,6 +410,11 @@ impl Session {
     /// Lines for the user since the last call.
     pub fn take_notices(&self) -> Vec<Notice> {
         std::mem::take(&mut lock(&self.shared.outbox).notices)
+    }
+
+    /// The scene as it was written to a file since the last call.
+    pub fn take_saved(&self) -> Option<Arc<SceneDesc>> {
+        lock(&self.shared.outbox).saved.take()
     }
 
     /// Writes the scene with its edits if `path` is a *.toml, else the picture as it is now, in the
@@ -423,7 +438,8 @@ impl Session {
         let shared = self.shared.clone();
         self.spawn("lightbox-save", move || {
             let written = match (scene, shown) {
-                (Some(scene), _) => scene::save(&path, &desc.detached(scene.path())),
+                (Some(scene), _) => scene::save(&path, &desc, scene.path())
+                    .map(|()| lock(&shared.outbox).saved = Some(desc)),
                 (None, Some(shown)) => shown.write(&path, tone),
                 (None, None) => Err("there is no picture to save yet".into()),
             };

@@ -66,6 +66,8 @@ pub struct Status {
     pub activity: Activity,
     /// The scene being opened or rebuilt in the background, and how far that is.
     pub loading: Option<(String, Phase)>,
+    /// The same, of a file that is being opened only.
+    pub opening: Option<(String, Phase)>,
     /// The scene being rendered.
     pub scene: Option<Arc<Scene>>,
     /// Its description with the newest edits: what panels start from.

@@ -115,6 +115,26 @@ fn an_edit_is_not_lost_when_the_one_before_is_refused_in_the_background() {
     });
 }
 
+/// A drag asks for new shapes with each frame: they are built one after another, not side by side.
+#[test]
+fn a_drag_of_a_shape_builds_one_accelerator_at_a_time() {
+    let (session, mut desc) = edited_furnace();
+    desc.meshes.push(rock());
+    session.edit(1, desc.clone());
+    wait("the build", || session.status().loading.is_some());
+    for step in 1..=30 {
+        desc.spheres[0].center.x = step as f32 * 1e-3;
+        session.edit(1, desc.clone());
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    wait("the edit", || {
+        let scene = session.status().scene;
+        scene.is_some_and(|scene| scene.desc().same_shapes(&desc))
+    });
+    let works = lock(&session.shared.outbox).works;
+    assert!(works < 15, "{works} works for 31 edits");
+}
+
 #[test]
 fn a_file_that_cannot_be_opened_does_not_drop_an_edit_of_shapes() {
     let (session, mut desc) = edited_furnace();

@@ -181,3 +181,26 @@ fn a_dropped_mesh_opens_in_a_room() {
             .is_some()
     });
 }
+
+#[test]
+fn opening_a_large_scene_can_be_called_off() {
+    let mut window = Window::open(SCENE);
+    let path = window.file("large.toml");
+    std::fs::write(&path, "[[mesh]]\nboulder = 500_000\n").expect("written");
+    window.drop_file(&path);
+    window.wait("word of it", |w| {
+        let line = w.harness.query_by_label_contains("Opening large");
+        line.is_some()
+    });
+    // The old scene is there meanwhile.
+    window.set("Depth", 3.0);
+    window.click("Cancel");
+    assert!(
+        window
+            .harness
+            .query_by_label_contains("Opening large")
+            .is_none()
+    );
+    window.done();
+    assert_eq!(window.status().opened, 1);
+}

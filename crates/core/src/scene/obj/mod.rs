@@ -26,6 +26,7 @@ use glam::{Vec2, Vec3};
 
 use super::desc::MaterialDesc;
 use super::error::{SceneError, SceneWarning};
+use crate::math::Aabb;
 use mtl::Library;
 use polygon::{Outcome, Triangulator};
 use records::Records;
@@ -50,6 +51,14 @@ pub struct ObjMesh {
     pub triangle_materials: Vec<u32>,
     /// What was odd but did not stop the load.
     pub warnings: Vec<SceneWarning>,
+}
+
+impl ObjMesh {
+    /// Box around its triangles.
+    pub fn bounds(&self) -> Aabb {
+        let corners = self.triangles.iter().flatten();
+        Aabb::of_points(corners.map(|v| self.positions[*v as usize]))
+    }
 }
 
 /// Reads an OBJ file and the MTL files and textures that it names, which are looked for beside it.

@@ -1,0 +1,164 @@
+//! The scene's file: saved with its comments, changed by others, and left with edits.
+
+use egui::{PointerButton, Vec2};
+use egui::{ViewportCommand, ViewportEvent, ViewportId};
+use egui_kittest::kittest::Queryable as _;
+use lightbox_core::scene;
+
+use crate::window::{SCENE, Window};
+
+fn commented() -> String {
+    let text = SCENE.replace("[[sphere]]", "# In front of the wall.\n[[sphere]]");
+    text.replace("radius = 0.5", "radius = 0.5 # half")
+}
+
+fn save_to(window: &mut Window, path: &std::path::Path) {
+    window.harness.state().save(path.to_owned());
+    let name = path
+        .file_name()
+        .expect("a name")
+        .to_string_lossy()
+        .into_owned();
+    window.wait("word of it", |w| {
+        let line = w.harness.query_by_label_contains(&name);
+        line.is_some()
+    });
+}
+
+#[test]
+fn a_saved_scene_keeps_the_comments_of_its_file() {
+    let mut window = Window::open(&commented());
+    window.click_at(window.at(0.5, 0.5));
+    window.set("Mirror", 0.75);
+    window.click("Duplicate");
+    window.done();
+    let path = window.file("edited.toml");
+    save_to(&mut window, &path);
+    let text = std::fs::read_to_string(&path).expect("the file");
+    for comment in ["# In front of the wall.", "# half"] {
+        assert!(text.contains(comment), "{text}");
+    }
+    let source = scene::load(&path).expect("a scene");
+    assert_eq!(source.desc, window.harness.state().model().desc);
+    assert_eq!(source.desc.spheres.len(), 2);
+}
+
+#[test]
+fn a_file_changed_on_disk_is_read_again_and_the_view_stays() {
+    let mut window = Window::open(&commented());
+    window.drag(
+        PointerButton::Primary,
+        window.at(0.5, 0.5),
+        Vec2::new(40.0, 0.0),
+    );
+    window.done();
+    let camera = window.status().desc.camera;
+    let text = commented().replace("radius = 0.5", "radius = 0.75");
+    std::fs::write(window.file("scene.toml"), &text).expect("written");
+    window.wait("the file to be read again", |w| w.status().opened == 2);
+    window.done();
+    let desc = window.status().desc.clone();
+    assert_eq!(desc.spheres[0].radius, 0.75);
+    assert_eq!(desc.camera, camera, "the camera was moved here");
+    // Where nothing was moved, the file's camera counts.
+    window.key(egui::Modifiers::NONE, egui::Key::Home);
+    window.harness.run_steps(30);
+    let text = text.replace("eye = [0, 0, 4]", "eye = [0, 0, 5]");
+    std::fs::write(window.file("scene.toml"), text).expect("written");
+    window.wait("the file to be read again", |w| w.status().opened == 3);
+    window.done();
+    assert_eq!(window.eye().z, 5.0);
+}
+
+#[test]
+fn edits_are_not_lost_to_a_file_changed_on_disk() {
+    let mut window = Window::open(&commented());
+    window.click_at(window.at(0.5, 0.5));
+    window.set("Mirror", 0.75);
+    window.done();
+    let edited = window.status().desc.clone();
+    let write = |window: &Window, radius: &str| {
+        let text = commented().replace("radius = 0.5", &format!("radius = {radius}"));
+        std::fs::write(window.file("scene.toml"), text).expect("written");
+    };
+    let asked = |w: &Window| {
+        let line = w
+            .harness
+            .query_by_label_contains("scene.toml was changed on disk");
+        line.is_some()
+    };
+    write(&window, "0.25");
+    window.wait("the offer", asked);
+    assert_eq!(window.status().opened, 1);
+    window.click("Keep edits");
+    assert!(!asked(&window));
+    assert_eq!(window.status().desc, edited);
+    write(&window, "0.125");
+    window.wait("the offer", asked);
+    window.click("Read again");
+    window.wait("the file", |w| w.status().opened == 2);
+    window.harness.run_steps(3);
+    assert_eq!(window.status().desc.spheres[0].radius, 0.125);
+    let lines = window.harness.query_all_by_label_contains("scene.toml");
+    let lines: Vec<_> = lines.map(|line| format!("{line:?}")).collect();
+    assert!(!asked(&window), "{lines:?}");
+    window.key(egui::Modifiers::COMMAND, egui::Key::Z);
+    assert_eq!(
+        window.harness.state().model().desc.materials,
+        edited.materials
+    );
+}
+
+/// Asks the window to close, as its frame's button does; whether it does.
+fn closes(window: &mut Window) -> bool {
+    let viewport = window.harness.input_mut().viewports.entry(ViewportId::ROOT);
+    viewport.or_default().events.push(ViewportEvent::Close);
+    window.harness.step();
+    !sent(window, &ViewportCommand::CancelClose)
+}
+
+fn sent(window: &Window, command: &ViewportCommand) -> bool {
+    let outputs = &window.harness.output().viewport_output;
+    outputs
+        .get(&ViewportId::ROOT)
+        .is_some_and(|output| output.commands.contains(command))
+}
+
+#[test]
+fn quitting_asks_what_becomes_of_edits() {
+    let mut window = Window::open(&commented());
+    // To look around is no edit.
+    window.drag(
+        PointerButton::Primary,
+        window.at(0.5, 0.5),
+        Vec2::new(40.0, 0.0),
+    );
+    assert!(closes(&mut window));
+    window.click_at(window.at(0.5, 0.5));
+    window.set("Mirror", 0.75);
+    window.done();
+    assert!(!closes(&mut window));
+    window.harness.run_steps(2);
+    window.click("Stay");
+    assert!(window.harness.query_by_label("Stay").is_none());
+
+    // Saved, there is nothing to ask.
+    let path = window.file("scene.toml");
+    save_to(&mut window, &path);
+    assert!(closes(&mut window));
+    assert_eq!(window.status().opened, 1, "one's own file is no news");
+
+    window.set("Mirror", 0.25);
+    assert!(!closes(&mut window));
+    window.harness.run_steps(2);
+    window
+        .harness
+        .get_by_role_and_label(egui::accesskit::Role::Button, "Quit without saving")
+        .click();
+    let mut has_closed = false;
+    for _ in 0..4 {
+        window.harness.step();
+        has_closed |= sent(&window, &ViewportCommand::Close);
+    }
+    assert!(has_closed);
+}
