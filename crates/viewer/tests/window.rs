@@ -24,7 +24,9 @@ const SAMPLES_Y: i32 = 181;
 const DEPTH_Y: i32 = 284;
 const RADIUS_Y: i32 = 353;
 const EXPOSURE_Y: i32 = 525;
-const MIRROR_Y: i32 = 696;
+const BUDGET: (i32, i32) = (1018, 156);
+/// Once the section above is folded.
+const MIRROR_Y: i32 = 617;
 const TEDDY: (i32, i32) = (485, 400);
 
 /// Processes that end with the test, and the folder they work in.
@@ -247,9 +249,12 @@ fn a_session_with_mouse_and_keyboard() {
     desktop.drag((SLIDER_RIGHT, RADIUS_Y), (SLIDER_LEFT, RADIUS_Y));
 
     desktop.drag((1132, SAMPLES_Y), (SLIDER_LEFT, SAMPLES_Y));
-    let before = desktop.wait_until("few samples", |b| difference(b, &first) < 4.0);
+    desktop.wait_until("few samples", |b| difference(b, &first) < 4.0);
+    desktop.click(BUDGET);
     desktop.click(TEDDY);
-    std::thread::sleep(Duration::from_millis(500));
+    std::thread::sleep(Duration::from_millis(700));
+    // With the outline of the teddy.
+    let before = desktop.blocks();
     desktop.drag((SLIDER_LEFT, MIRROR_Y), (SLIDER_RIGHT, MIRROR_Y));
     desktop.wait_until("the teddy becomes a mirror", |b| {
         difference(b, &before) > 1.0
