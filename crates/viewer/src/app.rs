@@ -296,6 +296,22 @@ impl App {
             Action::Race => self.race.is_open = !self.race.is_open,
             Action::SaveRace => self.dialogs.race(ctx),
             Action::Reference => self.dialogs.reference(ctx),
+            Action::Keep if status.samples > 0 => self.viewport.compare.keep(&self.session),
+            Action::Keep => self.complain(ctx, "there is no picture to keep yet".into()),
+            Action::Strip => self.viewport.compare.toggle_strip(),
+            Action::Compare(_) if status.reference.is_none() => {
+                let text = "nothing to compare with yet: K keeps this picture";
+                self.complain(ctx, text.into());
+            }
+            Action::Compare(mode) => self.viewport.compare.toggle(mode),
+            Action::Zoom(closer) => {
+                self.viewport.zoom.by(if closer { 2.0 } else { 0.5 });
+                ctx.request_repaint(); // The picture is drawn already.
+            }
+            Action::ZoomAll => {
+                self.viewport.zoom.reset();
+                ctx.request_repaint();
+            }
             Action::Autopsy => {
                 self.autopsy.ask();
                 ctx.request_repaint(); // It is followed up with the picture.
@@ -569,6 +585,8 @@ impl eframe::App for App {
                 self.autopsy.follow(ui, seen, session, model);
             }
             self.autopsy.ui(ui, seen.as_ref(), session, model);
+            let (compare, reference) = (&mut self.viewport.compare, status.reference.as_ref());
+            compare.ui(&ctx, space, session, reference, model.tone);
             self.banners
                 .ui(ui, space, &mut self.model, &status, &mut actions);
             let past = self

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use egui::{Context, Key, KeyboardShortcut, Modifiers};
 
 use crate::aov::Aov;
+use crate::compare::Mode;
 
 /// Something the user asks for, by key or by button.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -75,6 +76,16 @@ pub enum Action {
     Show(Aov),
     /// Look into the samples of the pixel under the pointer.
     Autopsy,
+    /// Keep the picture, and compare with it.
+    Keep,
+    /// Show or hide the strip of kept pictures.
+    Strip,
+    /// Compare in this way, or no longer.
+    Compare(Mode),
+    /// Look closer at the pixels, or less so, by halves.
+    Zoom(bool),
+    /// See all of the picture.
+    ZoomAll,
     /// Take back the last edit.
     Undo,
     /// Do again what was taken back.
@@ -233,6 +244,49 @@ const KEYS: &[(Modifiers, Key, Action, &str)] = &[
         Key::R,
         Action::ResetTone,
         "exposure and offset back to zero",
+    ),
+    (
+        SHIFT,
+        Key::K,
+        Action::Strip,
+        "show or hide the strip of kept pictures",
+    ),
+    (
+        PLAIN,
+        Key::K,
+        Action::Keep,
+        "keep the picture in a strip, and compare with it",
+    ),
+    (
+        SHIFT,
+        Key::B,
+        Action::Compare(Mode::Beside),
+        "show the kept picture and the present one side by side",
+    ),
+    (
+        PLAIN,
+        Key::B,
+        Action::Compare(Mode::Wipe),
+        "wipe between the kept picture and the present one",
+    ),
+    (
+        PLAIN,
+        Key::Plus,
+        Action::Zoom(true),
+        "look closer at the pixels under the pointer",
+    ),
+    (PLAIN, Key::Equals, Action::Zoom(true), ""),
+    (
+        PLAIN,
+        Key::Minus,
+        Action::Zoom(false),
+        "look less closely at the pixels",
+    ),
+    (
+        PLAIN,
+        Key::Num0,
+        Action::ZoomAll,
+        "see all of the picture again",
     ),
     (
         PLAIN,

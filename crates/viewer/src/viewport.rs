@@ -1,17 +1,18 @@
 //! The live picture: its place in the window, its size and its texture.
 
-use egui::{
-    Color32, Pos2, Rect, Response, Sense, TextureHandle, TextureOptions, Ui, Vec2, WidgetInfo,
-};
+use egui::{Pos2, Rect, Response, Sense, Ui, Vec2, WidgetInfo};
 use lightbox_core::settings::MAX_SIZE;
 
 use crate::aov::Scope;
+use crate::compare::Compare;
 use crate::gestures::Gestures;
 use crate::legend;
 use crate::model::{Model, PictureSize};
 use crate::overlay;
 use crate::panels::format;
 use crate::session::{Session, Snapshot, Status};
+use crate::texture::Texture;
+use crate::zoom::Zoom;
 
 /// Most pixels of a picture sized by the window: some hundred megabytes of film.
 const MOST_PIXELS: f32 = (1 << 22) as f32;
@@ -21,12 +22,27 @@ const MOST_PIXELS: f32 = (1 << 22) as f32;
 const SETTLE: f64 = 0.2;
 
 /// The picture's place in the window.
-#[derive(Default)]
 pub struct Viewport {
     /// Camera moves.
     pub gestures: Gestures,
-    texture: Option<Shown>,
+    /// The other picture.
+    pub compare: Compare,
+    /// Which part of the picture is seen.
+    pub zoom: Zoom,
+    texture: Texture,
     resize: Option<Resize>,
+}
+
+impl Default for Viewport {
+    fn default() -> Self {
+        Self {
+            gestures: Gestures::default(),
+            compare: Compare::default(),
+            zoom: Zoom::default(),
+            texture: Texture::new("picture"),
+            resize: None,
+        }
+    }
 }
 
 /// Where the picture is, and what the pointer does there.
@@ -37,13 +53,6 @@ pub struct Seen {
     pub rect: Rect,
     /// The pointer.
     pub response: Response,
-}
-
-/// What is on the graphics card.
-struct Shown {
-    texture: TextureHandle,
-    number: u64,
-    options: TextureOptions,
 }
 
 /// A size that waits until it is settled.
@@ -80,11 +89,18 @@ impl Viewport {
         let (Some(scene), Some(snapshot)) = (&status.scene, snapshot) else {
             return None;
         };
-        let rect = placed(ui, space, snapshot.picture.map(|n| n as f32).into());
+        let other = session.other();
+        let stage = self.compare.stage(space, other.as_deref());
+        let whole = placed(ui, stage, snapshot.picture.map(|n| n as f32).into());
+        let rect = self.zoom.applied(whole);
+        self.zoom.follow(&response, whole, rect);
         self.gestures.update(ui, &response, rect, scene, model);
-        self.picture(ui, rect, snapshot);
+        let painter = ui.painter().with_clip_rect(stage);
+        self.texture.draw(&painter, rect, snapshot);
+        let reference = status.reference.as_ref();
+        self.compare
+            .draw(ui, space, rect, other.as_deref(), reference);
 
-        let painter = ui.painter().with_clip_rect(space);
         overlay::outline(&painter, rect, scene, model);
         if self.gestures.is_moving(&response) {
             overlay::pivot(&painter, rect.center());
@@ -116,9 +132,10 @@ impl Viewport {
             legend::show(ui, space, snapshot.aov, &scope);
         }
         let film = |pixel| snapshot.past.is_none().then(|| session.pixel(pixel))?;
+        let painter = ui.painter().with_clip_rect(space);
         overlay::readout(ui, &painter, &response, rect, scene, model, film);
         Some(Seen {
-            space,
+            space: stage,
             rect,
             response,
         })
@@ -152,39 +169,6 @@ impl Viewport {
             self.resize = Some(Resize { size, since });
             ui.ctx()
                 .request_repaint_after(std::time::Duration::from_secs_f64(SETTLE - (now - since)));
-        }
-    }
-
-    fn picture(&mut self, ui: &Ui, rect: Rect, snapshot: &Snapshot) {
-        let pixels = rect.size() * ui.pixels_per_point();
-        let one_to_one = (pixels.x - snapshot.size[0] as f32).abs() < 1.0;
-        let options = if snapshot.size != snapshot.picture || one_to_one {
-            TextureOptions::NEAREST
-        } else {
-            TextureOptions::LINEAR
-        };
-        let is_current = |t: &Shown| (t.number, t.options) == (snapshot.number, options);
-        if !self.texture.as_ref().is_some_and(is_current) {
-            let image = egui::ColorImage::from_rgb(snapshot.size, &snapshot.rgb);
-            match &mut self.texture {
-                Some(shown) => {
-                    shown.texture.set(image, options);
-                    (shown.number, shown.options) = (snapshot.number, options);
-                }
-                None => {
-                    let texture = ui.ctx().load_texture("picture", image, options);
-                    self.texture = Some(Shown {
-                        texture,
-                        number: snapshot.number,
-                        options,
-                    });
-                }
-            }
-        }
-        if let Some(shown) = &self.texture {
-            let whole = Rect::from_min_max(Pos2::ZERO, Pos2::new(1.0, 1.0));
-            ui.painter()
-                .image(shown.texture.id(), rect, whole, Color32::WHITE);
         }
     }
 }

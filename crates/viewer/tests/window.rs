@@ -29,6 +29,20 @@ const BUDGET: (i32, i32) = (1018, 156);
 const MIRROR_Y: i32 = 617;
 const TEDDY: (i32, i32) = (485, 400);
 
+/// Keys of views, each of which looks unlike the one before.
+const VIEWS: [(&str, &str); 10] = [
+    ("F6", "view noise"),
+    ("shift+F6", "view samples"),
+    ("shift+F7", "view invalid samples"),
+    ("F8", "view false colour"),
+    ("F9", "view depth"),
+    ("F10", "view normal"),
+    ("shift+F10", "view front and back"),
+    ("F11", "view albedo"),
+    ("F12", "view object"),
+    ("shift+F12", "view material"),
+];
+
 /// Processes that end with the test, and the folder they work in.
 struct Desktop {
     server: Child,
@@ -107,6 +121,18 @@ impl Desktop {
             .status();
         assert!(status.expect("xdotool runs").success(), "xdotool {args:?}");
         std::thread::sleep(Duration::from_millis(60));
+    }
+
+    /// Presses a key, with Shift if its name says so: held before, as fingers do.
+    fn key(&self, name: &str) {
+        match name.strip_prefix("shift+") {
+            Some(key) => {
+                self.xdotool(&["keydown", "shift"]);
+                self.xdotool(&["key", key]);
+                self.xdotool(&["keyup", "shift"]);
+            }
+            None => self.xdotool(&["key", name]),
+        }
     }
 
     fn mouse_to(&self, x: i32, y: i32) {
@@ -231,6 +257,28 @@ fn a_session_with_mouse_and_keyboard() {
     desktop.wait_until("the picture as it was", |b| difference(b, &first) > 6.0);
     desktop.xdotool(&["key", "Escape"]);
     desktop.wait_until("the chart closes", |b| difference(b, &first) < 3.0);
+
+    let mut shown = first.clone();
+    for (key, what) in VIEWS {
+        desktop.key(key);
+        shown = desktop.wait_until(what, |b| difference(b, &shown) > 2.0);
+    }
+    desktop.key("c");
+    desktop.wait_until("the light again", |b| difference(b, &first) < 3.0);
+
+    desktop.mouse_to(TEDDY.0, TEDDY.1);
+    desktop.key("p");
+    desktop.wait_until("the autopsy opens", |b| difference(b, &first) > 6.0);
+    desktop.key("Escape");
+    desktop.wait_until("the autopsy closes", |b| difference(b, &first) < 3.0);
+
+    desktop.key("k");
+    let strip = desktop.wait_until("a kept picture", |b| difference(b, &first) > 1.5);
+    desktop.key("shift+b");
+    desktop.wait_until("side by side", |b| difference(b, &strip) > 6.0);
+    desktop.key("shift+b");
+    desktop.key("shift+k");
+    desktop.wait_until("the picture alone", |b| difference(b, &first) < 3.0);
 
     desktop.drag((1132, EXPOSURE_Y), (1160, EXPOSURE_Y));
     desktop.wait_until("exposure brightens", |b| mean(b) > 1.3 * mean(&first));

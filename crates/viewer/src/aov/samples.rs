@@ -46,9 +46,9 @@ pub fn count_legend(scope: &Scope<'_>) -> Legend {
     }
 }
 
-/// The difference that is shown in full colour, W/(m²·sr): half of what is shown white.
+/// The difference that is shown in full colour, W/(m²·sr): a tenth of what is shown white.
 fn largest_difference(scope: &Scope<'_>) -> f32 {
-    0.5 * (-scope.tone.exposure).exp2()
+    0.1 * (-scope.tone.exposure).exp2()
 }
 
 pub fn difference(scope: &Scope<'_>, film: &Film, i: usize) -> Option<Colors> {

@@ -8,11 +8,11 @@ use std::sync::{Arc, PoisonError};
 use lightbox_core::image_io::tone_mapped;
 use lightbox_core::part;
 use lightbox_core::scene::Source;
-use lightbox_core::{RenderSettings, Scene, SceneDesc, View};
+use lightbox_core::{Image, RenderSettings, Scene, SceneDesc, View};
 use rayon::ThreadPool;
 
 use super::budget::{Budget, Outlook};
-use super::history::{History, Moment};
+use super::history::{History, Moment, Point};
 use super::keeper::{Keeper, Taken};
 use super::look::Look;
 use super::picture::Picture;
@@ -43,6 +43,8 @@ struct Engine<'a> {
     /// What is looked back to.
     past: Option<Moment>,
     reference: Option<Arc<Reference>>,
+    /// Whether the reference is shown beside the picture.
+    compares: bool,
     budget: Budget,
     outlook: Outlook,
     /// Seconds that it took to load and to build the scene of the file.
@@ -73,6 +75,7 @@ pub(super) fn run(shared: &Arc<Shared>, pool: &ThreadPool) {
         history: Arc::default(),
         past: None,
         reference: None,
+        compares: false,
         budget: Budget::default(),
         outlook: Outlook::default(),
         opening: [0.0; 2],
@@ -130,9 +133,10 @@ impl Engine<'_> {
         }
         let mut looks_back = inbox.past.is_some();
         self.past = inbox.past.unwrap_or(self.past);
+        let other_tone = inbox.look.is_some_and(|look| look.tone != self.look.tone);
         if let Some(look) = inbox.look {
             self.stale |= look != self.look;
-            looks_back |= look.tone != self.look.tone;
+            looks_back |= other_tone;
             self.look = look;
         }
         match inbox.opened {
@@ -154,8 +158,13 @@ impl Engine<'_> {
         if inbox.clear_history {
             Arc::make_mut(&mut self.history).clear();
         }
+        let shows_other = inbox.compares.is_some() || inbox.reference.is_some();
+        self.compares = inbox.compares.unwrap_or(self.compares);
         if let Some(referring) = inbox.reference {
             self.refer(referring);
+        }
+        if shows_other || other_tone {
+            self.show_other();
         }
         if looks_back {
             self.look_back();
@@ -250,18 +259,20 @@ impl Engine<'_> {
         let kept = self.past.and_then(|moment| self.history.picture(moment));
         let past = kept.map(|(point, image)| {
             self.snapshots += 1;
-            let size = [image.width as usize, image.height as usize];
-            Arc::new(Snapshot {
-                size,
-                rgb: tone_mapped(image, self.look.tone),
-                picture: size,
-                preview: None,
-                past: Some(*point),
-                aov: Aov::COLOR,
-                number: self.snapshots,
-            })
+            Arc::new(still(image, self.look, self.snapshots, Some(*point)))
         });
         lock(&self.shared.outbox).past = past;
+    }
+
+    /// Readies the reference to be shown beside the picture.
+    fn show_other(&mut self) {
+        let reference = self.reference.as_ref().filter(|_| self.compares);
+        let other = reference.map(|reference| {
+            self.snapshots += 1;
+            Arc::new(still(&reference.image, self.look, self.snapshots, None))
+        });
+        lock(&self.shared.outbox).other = other;
+        (self.shared.wake)();
     }
 
     fn refer(&mut self, referring: Referring) {
@@ -271,7 +282,7 @@ impl Engine<'_> {
                 let settings = &picture.view.settings;
                 Some(Arc::new(Reference {
                     image: self.pool.install(|| picture.film.develop()).into(),
-                    name: format!("this picture at {} spp", picture.film.samples()),
+                    name: format!("{} spp {}", picture.film.samples(), settings.method),
                     stream: Some((settings.sampler, settings.seed)),
                 }))
             }
@@ -557,5 +568,19 @@ impl Engine<'_> {
         }
         drop(outbox);
         (self.shared.wake)();
+    }
+}
+
+/// A picture that no longer changes, as it is shown.
+fn still(image: &Image, look: Look, number: u64, past: Option<Point>) -> Snapshot {
+    let size = [image.width as usize, image.height as usize];
+    Snapshot {
+        size,
+        rgb: tone_mapped(image, look.tone),
+        picture: size,
+        preview: None,
+        past,
+        aov: Aov::COLOR,
+        number,
     }
 }

@@ -58,6 +58,7 @@ struct Inbox {
     budget: Option<Budget>,
     reference: Option<Referring>,
     past: Option<Option<Moment>>,
+    compares: Option<bool>,
     clear_history: bool,
     measure_plan: bool,
     /// A file to keep the samples in.
@@ -87,6 +88,7 @@ impl Inbox {
             budget,
             reference,
             past,
+            compares,
             clear_history,
             measure_plan,
             keep,
@@ -100,6 +102,7 @@ impl Inbox {
             && budget.is_none()
             && reference.is_none()
             && past.is_none()
+            && compares.is_none()
             && !clear_history
             && !measure_plan
             && keep.is_none()
@@ -126,6 +129,9 @@ struct Outbox {
     status: Status,
     snapshot: Option<Arc<Snapshot>>,
     past: Option<Arc<Snapshot>>,
+    /// Whether the reference is to be shown, and how it looks.
+    compares: bool,
+    other: Option<Arc<Snapshot>>,
     history: Arc<History>,
     notices: Vec<Notice>,
     /// The scene as it was written last.
@@ -378,6 +384,26 @@ impl Session {
     pub fn keep_reference(&self) {
         self.shared
             .send(false, |inbox| inbox.reference = Some(Referring::ToPresent));
+    }
+
+    /// Takes a picture for the reference that was one before.
+    pub fn set_reference(&self, reference: Arc<Reference>) {
+        self.shared.send(false, |inbox| {
+            inbox.reference = Some(Referring::To(reference));
+        });
+    }
+
+    /// Has the reference made ready to be shown beside the picture, or no longer.
+    pub fn set_comparing(&self, compares: bool) {
+        if std::mem::replace(&mut lock(&self.shared.outbox).compares, compares) != compares {
+            let compares = Some(compares);
+            self.shared.send(false, |inbox| inbox.compares = compares);
+        }
+    }
+
+    /// The reference as it is shown, once it is ready.
+    pub fn other(&self) -> Option<Arc<Snapshot>> {
+        lock(&self.shared.outbox).other.clone()
     }
 
     /// Goes on without a reference.

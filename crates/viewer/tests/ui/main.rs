@@ -5,6 +5,7 @@ mod autopsy;
 mod budget;
 mod camera;
 mod chart;
+mod compare;
 mod disk;
 mod editing;
 mod files;
