@@ -147,7 +147,7 @@ fn main() {
         .map(|name| {
             Arc::new(
                 shipped(name)
-                    .build(&|_| ())
+                    .build(&lightbox_core::scene::unwatched)
                     .unwrap_or_else(|e| panic!("{e}")),
             )
         })

@@ -54,7 +54,7 @@ fn main() {
     }
     let mut scores: BTreeMap<(u64, u64), Score> = BTreeMap::new();
     for name in &names {
-        let scene = shipped(name).build(&|_| ());
+        let scene = shipped(name).build(&lightbox_core::scene::unwatched);
         let scene = Arc::new(scene.unwrap_or_else(|e| panic!("{e}")));
         for method in [Method::Naive, Method::Mis] {
             for sampler in SamplerKind::ALL {

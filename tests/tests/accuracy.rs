@@ -20,7 +20,11 @@ const SEEDS: u64 = 10;
 fn the_band_holds_the_true_error() {
     let (mut inside, mut pictures) = (0, 0);
     for name in ["cornell-box", "glass-sphere"] {
-        let scene = Arc::new(shipped(name).build(&|_| ()).unwrap());
+        let scene = Arc::new(
+            shipped(name)
+                .build(&lightbox_core::scene::unwatched)
+                .unwrap(),
+        );
         let reference = film(&view(&scene, |s| {
             (s.width, s.height, s.samples, s.seed) = (SIZE, SIZE, 8192, 1 << 40);
         }));

@@ -13,7 +13,11 @@ use lightbox_tests::{on_threads, picture, shipped, view};
 const SMALL: fn(&mut RenderSettings) = |s| (s.width, s.height, s.samples) = (50, 37, 8);
 
 fn build(source: &Source) -> Arc<Scene> {
-    Arc::new(source.build(&|_| ()).unwrap_or_else(|e| panic!("{e}")))
+    Arc::new(
+        source
+            .build(&lightbox_core::scene::unwatched)
+            .unwrap_or_else(|e| panic!("{e}")),
+    )
 }
 
 fn bits(image: &Image) -> Vec<[u32; 3]> {
@@ -115,7 +119,9 @@ fn every_accelerator_gives_the_picture_of_brute_force() {
             desc.render.accel = accel;
             SMALL(&mut desc.render);
             desc.render.samples = 2;
-            let scene = source.build_edited(desc, &|_| ()).unwrap();
+            let scene = source
+                .build_edited(desc, &lightbox_core::scene::unwatched)
+                .unwrap();
             picture(&View::of(Arc::new(scene)).unwrap())
         });
         assert_same(&pictures[0], &pictures[1], name);
@@ -150,7 +156,11 @@ fn a_scaled_scene_gives_the_same_bits() {
         let reference = picture(&view(&build(&source), SMALL));
         for k in [-20, -7, 3, 17] {
             let desc = scaled(&source.desc, 2f32.powi(k));
-            let scene = Arc::new(source.build_edited(desc, &|_| ()).unwrap());
+            let scene = Arc::new(
+                source
+                    .build_edited(desc, &lightbox_core::scene::unwatched)
+                    .unwrap(),
+            );
             assert_same(
                 &reference,
                 &picture(&view(&scene, SMALL)),
@@ -168,7 +178,11 @@ fn the_order_of_primitives_changes_nothing() {
     let reference = picture(&view(&build(&source), SMALL));
     let mut reversed = source.desc.clone();
     reversed.quads.reverse();
-    let scene = Arc::new(source.build_edited(reversed, &|_| ()).unwrap());
+    let scene = Arc::new(
+        source
+            .build_edited(reversed, &lightbox_core::scene::unwatched)
+            .unwrap(),
+    );
     assert_same(&reference, &picture(&view(&scene, SMALL)), "reversed");
 }
 
@@ -182,8 +196,16 @@ fn edits_give_the_picture_of_a_fresh_build() {
     (fur.mirror, fur.emission) = (0.4, glam::Vec3::splat(0.3));
     desc.background = glam::Vec3::splat(0.1);
     assert!(!scene.rebuilds_for(&desc));
-    let edited = Arc::new(scene.edit(desc.clone(), &|_| ()).unwrap());
-    let fresh = Arc::new(source.build_edited(desc, &|_| ()).unwrap());
+    let edited = Arc::new(
+        scene
+            .edit(desc.clone(), &lightbox_core::scene::unwatched)
+            .unwrap(),
+    );
+    let fresh = Arc::new(
+        source
+            .build_edited(desc, &lightbox_core::scene::unwatched)
+            .unwrap(),
+    );
     assert_same(
         &picture(&view(&edited, SMALL)),
         &picture(&view(&fresh, SMALL)),

@@ -118,7 +118,7 @@ fn scenes_load_and_pictures_can_be_drawn() {
     for case in cases() {
         if let Some(scene) = case.scene {
             let scene = load(Path::new(scene))
-                .and_then(|source| source.build(&|_| ()))
+                .and_then(|source| source.build(&lightbox_core::scene::unwatched))
                 .unwrap_or_else(|e| panic!("{}: {e}", case.id));
             assert_eq!(scene.warnings(), [], "{}", case.id);
         }

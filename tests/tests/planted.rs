@@ -48,7 +48,11 @@ fn every_planted_defect_is_found_by_the_case_meant_for_it() {
 /// A defect that one method has and another has not makes them disagree; without it they agree.
 fn agreement_sees_biased_methods() {
     let light = |name, method, seed| {
-        let scene = Arc::new(shipped(name).build(&|_| ()).expect("a scene"));
+        let scene = Arc::new(
+            shipped(name)
+                .build(&lightbox_core::scene::unwatched)
+                .expect("a scene"),
+        );
         Light::of(&film(&view(&scene, |s| {
             (s.width, s.height, s.samples) = (32, 32, 1024);
             (s.method, s.seed) = (method, seed);

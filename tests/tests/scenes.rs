@@ -21,7 +21,7 @@ fn every_shipped_scene_is_built_in_and_builds() {
         assert_eq!(a.expect("a file").desc, b.expect("a built-in").desc);
         if name != "million.toml" {
             let scene = load(Path::new(&builtin))
-                .and_then(|s| s.build(&|_| ()))
+                .and_then(|s| s.build(&lightbox_core::scene::unwatched))
                 .unwrap_or_else(|e| panic!("{e}"));
             assert_eq!(scene.warnings(), [], "{name}");
         }
@@ -37,7 +37,7 @@ fn the_manual_shows_every_key() {
     let (example, _) = rest.split_once("```").expect("its end");
     let path = folder.join("example.toml");
     let desc = parse(example, &path).unwrap_or_else(|e| panic!("{e}"));
-    let scene = Source::from_desc(desc.clone(), &path).build(&|_| ());
+    let scene = Source::from_desc(desc.clone(), &path).build(&lightbox_core::scene::unwatched);
     assert_eq!(scene.unwrap_or_else(|e| panic!("{e}")).warnings(), []);
     // As the program itself writes a scene that has everything.
     let mut full = desc;
@@ -95,7 +95,7 @@ fn error_of(text: &str) -> String {
         std::fs::create_dir_all(&folder).expect("a folder");
         let file = folder.join(format!("{:x}.toml", text.len()));
         std::fs::write(&file, text).expect("a file");
-        load(&file).and_then(|source: Source| source.build(&|_| ()))
+        load(&file).and_then(|source: Source| source.build(&lightbox_core::scene::unwatched))
     });
     result.err().map(|e| e.to_string()).unwrap_or_default()
 }
@@ -195,7 +195,7 @@ fn odd_scenes_load_with_a_warning() {
     let warnings = |text: &str| {
         let desc = parse(text, Path::new("scene.toml")).expect("a scene");
         let scene = Source::from_desc(desc, &scenes_folder().join("x.toml"))
-            .build(&|_| ())
+            .build(&lightbox_core::scene::unwatched)
             .expect("it builds");
         scene
             .warnings()

@@ -38,7 +38,11 @@ fn methods_agree() {
         ("glass-sphere", 0.15),
     ];
     for (name, resolution) in scenes {
-        let scene = Arc::new(shipped(name).build(&|_| ()).unwrap());
+        let scene = Arc::new(
+            shipped(name)
+                .build(&lightbox_core::scene::unwatched)
+                .unwrap(),
+        );
         let means = |method| {
             replicates(&scene, |s| {
                 (s.width, s.height, s.samples, s.method) = (20, 20, 96, method);
@@ -117,7 +121,7 @@ radius = 0.5
 fn methods_agree_among_mirror_spheres() {
     let path = std::path::Path::new("mirrors.toml");
     let desc = parse(MIRRORS, path).expect("a scene");
-    let scene = Source::from_desc(desc, path).build(&|_| ());
+    let scene = Source::from_desc(desc, path).build(&lightbox_core::scene::unwatched);
     let scene = Arc::new(scene.unwrap_or_else(|e| panic!("{e}")));
     for depth in [2, 3, 4, UNLIMITED] {
         let means = |method| {
@@ -172,7 +176,7 @@ corners = [[3, 0, -3], [3, 0, 3], [3, 3, 3], [3, 3, -3]]
 fn light_paths_agree_with_camera_paths() {
     let path = std::path::Path::new("casters.toml");
     let desc = parse(&format!("{MIRRORS}{CASTERS}"), path).unwrap_or_else(|e| panic!("{e}"));
-    let scene = Source::from_desc(desc, path).build(&|_| ());
+    let scene = Source::from_desc(desc, path).build(&lightbox_core::scene::unwatched);
     let scene = Arc::new(scene.unwrap_or_else(|e| panic!("{e}")));
     for (depth, filter) in [
         (3, "box"),
@@ -197,7 +201,11 @@ fn light_paths_agree_with_camera_paths() {
 #[test]
 fn caustics_are_found_from_the_lamp() {
     for name in ["teddy-mirror", "glass-sphere"] {
-        let scene = Arc::new(shipped(name).build(&|_| ()).unwrap());
+        let scene = Arc::new(
+            shipped(name)
+                .build(&lightbox_core::scene::unwatched)
+                .unwrap(),
+        );
         let noise = |method| {
             let film = lightbox_tests::film(&view(&scene, |s| {
                 (s.width, s.height, s.samples, s.method) = (64, 64, 64, method);
@@ -213,7 +221,11 @@ fn caustics_are_found_from_the_lamp() {
 #[test]
 fn without_casters_there_is_nothing_to_trace() {
     for name in ["cornell-box", "teddy-diffuse", "sphere-mirror"] {
-        let scene = Arc::new(shipped(name).build(&|_| ()).unwrap());
+        let scene = Arc::new(
+            shipped(name)
+                .build(&lightbox_core::scene::unwatched)
+                .unwrap(),
+        );
         let pictures = [Method::Mis, Method::Caustics].map(|method| {
             picture(&view(&scene, |s| {
                 (s.width, s.height, s.samples, s.method) = (24, 24, 4, method);
@@ -226,7 +238,11 @@ fn without_casters_there_is_nothing_to_trace() {
 /// Aiming by way of the mirror is worth a factor of 50; 15 is clear of chance.
 #[test]
 fn light_from_a_mirror_sphere_is_found_not_met() {
-    let scene = Arc::new(shipped("sphere-mirror").build(&|_| ()).unwrap());
+    let scene = Arc::new(
+        shipped("sphere-mirror")
+            .build(&lightbox_core::scene::unwatched)
+            .unwrap(),
+    );
     let noise = |method| {
         let film = lightbox_tests::film(&view(&scene, |s| {
             (s.width, s.height, s.samples, s.method) = (64, 64, 64, method);
@@ -242,7 +258,7 @@ fn light_from_a_mirror_sphere_is_found_not_met() {
 #[test]
 fn white_furnace() {
     let source = shipped("white-furnace");
-    let scene = Arc::new(source.build(&|_| ()).unwrap());
+    let scene = Arc::new(source.build(&lightbox_core::scene::unwatched).unwrap());
     let mut comparisons = Comparisons::default();
     for method in Method::ALL {
         let means = replicates(&scene, |s| {
@@ -254,7 +270,11 @@ fn white_furnace() {
     assert_holds(comparisons, 0.006, "shipped furnace");
     let mut alone = source.desc.clone();
     alone.spheres.truncate(1);
-    let scene = Arc::new(source.build_edited(alone, &|_| ()).unwrap());
+    let scene = Arc::new(
+        source
+            .build_edited(alone, &lightbox_core::scene::unwatched)
+            .unwrap(),
+    );
     let image = picture(&view(&scene, |s| {
         (s.width, s.height, s.samples) = (32, 32, 4)
     }));

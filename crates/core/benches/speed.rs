@@ -1,9 +1,10 @@
 //! Prints what docs/speed.md records: rays and paths per second, build seconds, bytes per
 //! triangle. `cargo bench -p lightbox-core`; figures are for the machine it runs on.
 
+use std::ops::ControlFlow;
 use std::path::Path;
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 
 use glam::Vec3;
@@ -63,7 +64,7 @@ fn build(source: &Source, change: impl FnOnce(&mut SceneDesc)) -> Arc<Scene> {
     change(&mut desc);
     Arc::new(
         source
-            .build_edited(desc, &|_| ())
+            .build_edited(desc, &scene::unwatched)
             .unwrap_or_else(|e| panic!("{e}")),
     )
 }
@@ -157,16 +158,19 @@ fn paths(name: &str, accel: AccelKind) {
 
 fn builds(triangles: u32, accel: AccelKind) {
     let source = source("million");
-    let start = std::cell::Cell::new(Instant::now());
-    let seconds = std::cell::Cell::new(0.0);
+    let (start, end) = (OnceLock::new(), OnceLock::new());
     let mut desc = source.desc.clone();
     desc.meshes[0].boulder = Some(triangles);
     desc.render.accel = accel;
     let scene = source
-        .build_edited(desc, &|phase| match phase {
-            scene::Phase::BuildingAccelerator(_) => start.set(Instant::now()),
-            scene::Phase::Ready => seconds.set(start.get().elapsed().as_secs_f64()),
-            scene::Phase::Reading => {}
+        .build_edited(desc, &|phase| {
+            let when = match phase {
+                scene::Phase::BuildingAccelerator { .. } => Some(&start),
+                scene::Phase::Ready => Some(&end),
+                scene::Phase::Reading => None,
+            };
+            when.map(|when| when.get_or_init(Instant::now));
+            ControlFlow::Continue(())
         })
         .unwrap_or_else(|e| panic!("{e}"));
     let stats = scene.geometry().tree_stats().expect("a tree");
@@ -174,7 +178,7 @@ fn builds(triangles: u32, accel: AccelKind) {
     println!(
         "{:<28}{:>9.3}{:>9.1}{:>9.2}",
         format!("{n} {accel}"),
-        seconds.get(),
+        (*end.get().expect("built") - *start.get().expect("begun")).as_secs_f64(),
         scene.geometry().accel_bytes() as f64 / n,
         stats.references as f64 / n
     );

@@ -2,6 +2,7 @@
 //!
 //! `cargo run --release -p lightbox-core --example picture -- [SCENE [FILE.png]]`
 
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -30,7 +31,10 @@ fn run() -> Result<(), String> {
     // What the file says can be changed before it is built into a scene.
     let mut source = load(&path).map_err(|e| e.to_string())?;
     (source.desc.render.width, source.desc.render.height) = (256, 256);
-    let scene = source.build(&|phase| eprintln!("{phase:?}"));
+    let scene = source.build(&|phase| {
+        eprintln!("{phase:?}");
+        ControlFlow::Continue(())
+    });
     let view = View::of(Arc::new(scene.map_err(|e| e.to_string())?))?;
 
     // A film goes on from where it is; the steps do not change a bit of the picture.

@@ -20,7 +20,7 @@ pub mod autopsy;
 
 /// Paths that advance together: enough to share the cost of each step, few enough to stay in the
 /// second cache.
-const WAVE: usize = 1024;
+const WAVE: usize = 4096;
 
 /// A scene, a camera and settings: all that decides a picture.
 #[derive(Clone, Debug)]

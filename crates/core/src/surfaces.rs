@@ -71,7 +71,7 @@ mod tests {
     #[test]
     fn surfaces_are_those_that_rays_meet() {
         let source = scene::load(Path::new("builtin:sphere-mirror.toml")).expect("a scene");
-        let scene = Arc::new(source.build(&|_| ()).expect("a scene"));
+        let scene = Arc::new(source.build(&scene::unwatched).expect("a scene"));
         let settings = crate::RenderSettings {
             width: 40,
             height: 30,

@@ -59,7 +59,7 @@ fn camera_moves(name: &str) -> Vec<f64> {
 
 fn cancels(name: &str) -> Vec<f64> {
     let source = scene::load(Path::new(&format!("builtin:{name}.toml"))).expect("a scene");
-    let scene = Arc::new(source.build(&|_| ()).expect("a scene"));
+    let scene = Arc::new(source.build(&scene::unwatched).expect("a scene"));
     let settings = RenderSettings {
         width: SIZE[0],
         height: SIZE[1],

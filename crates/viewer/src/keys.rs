@@ -341,7 +341,7 @@ const KEYS: &[(Modifiers, Key, Action, &str)] = &[
     (COMMAND, Key::Q, Action::Quit, "quit"),
 ];
 
-/// [`KEYS`] and the keys of what pixels can show.
+/// `KEYS` and the keys of what pixels can show.
 pub fn all() -> impl Iterator<Item = (Modifiers, Key, Action, &'static str)> {
     let aovs = |shift: bool| {
         let rows = Aov::all().filter(move |aov| aov.keys().0.shift == shift);

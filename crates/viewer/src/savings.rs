@@ -221,7 +221,7 @@ mod tests {
     fn a_view_is_measured_with_each_part() {
         let path = "builtin:cornell-box.toml".as_ref();
         let scene = lightbox_core::scene::load(path)
-            .and_then(|source| source.build(&|_| ()))
+            .and_then(|source| source.build(&lightbox_core::scene::unwatched))
             .map(std::sync::Arc::new)
             .expect("a shipped scene");
         let camera = scene.desc().camera;

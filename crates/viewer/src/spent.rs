@@ -1,6 +1,6 @@
 //! Where the time went, from opening a file to showing a picture.
 
-use std::cell::Cell;
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use lightbox_core::scene::Phase;
@@ -81,30 +81,29 @@ impl Spent {
 #[derive(Debug)]
 pub struct Opening {
     start: Instant,
-    build: Cell<Instant>,
+    build: OnceLock<Instant>,
 }
 
 impl Opening {
     /// Begins.
     pub fn start() -> Self {
-        let start = Instant::now();
         Self {
-            start,
-            build: Cell::new(start),
+            start: Instant::now(),
+            build: OnceLock::new(),
         }
     }
 
     /// Takes note of what building the scene is busy with.
     pub fn observe(&self, phase: Phase) {
-        if let Phase::BuildingAccelerator(_) = phase {
-            self.build.set(Instant::now());
+        if let Phase::BuildingAccelerator { .. } = phase {
+            self.build.get_or_init(Instant::now);
         }
     }
 
     /// Seconds of loading, and of building so far.
     pub fn seconds(&self) -> [f64; 2] {
-        let load = self.build.get() - self.start;
-        [load, self.build.get().elapsed()].map(|time| time.as_secs_f64())
+        let build = *self.build.get().unwrap_or(&self.start);
+        [build - self.start, build.elapsed()].map(|time| time.as_secs_f64())
     }
 }
 

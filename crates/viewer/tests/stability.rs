@@ -90,7 +90,9 @@ fn saved(session: &Session, folder: &Path) -> Image {
 /// The picture of a description, made from nothing.
 fn fresh(desc: &SceneDesc, folder: &Path) -> Image {
     let source = lightbox_core::scene::Source::from_desc(desc.clone(), &folder.join("scene.toml"));
-    let scene = source.build(&|_| ()).unwrap_or_else(|e| panic!("{e}"));
+    let scene = source
+        .build(&lightbox_core::scene::unwatched)
+        .unwrap_or_else(|e| panic!("{e}"));
     let view = View::of(Arc::new(scene)).unwrap_or_else(|e| panic!("{e}"));
     let film = view.film();
     view.render(&film, view.settings.samples, &AtomicBool::new(false));

@@ -277,6 +277,7 @@ fn a_session_with_mouse_and_keyboard() {
     desktop.key("shift+b");
     desktop.wait_until("side by side", |b| difference(b, &strip) > 6.0);
     desktop.key("shift+b");
+    desktop.wait_until("one picture again", |b| difference(b, &strip) < 3.0);
     desktop.key("shift+k");
     desktop.wait_until("the picture alone", |b| difference(b, &first) < 3.0);
 

@@ -15,7 +15,7 @@ use crate::meshes::{Triangle, closed, lattice, needles, sizes, stairs, star};
 pub fn run(count: u64, is_planted: bool) -> bool {
     let mut rng = Rng::new(3);
     let teddy = load(&scenes_folder().join("meshes/teddy.obj"))
-        .and_then(|source| source.build(&|_| ()))
+        .and_then(|source| source.build(&lightbox_core::scene::unwatched))
         .unwrap_or_else(|e| panic!("{e}"));
     let (positions, indices) = boulder(1000);
     let boulder = indices

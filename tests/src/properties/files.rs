@@ -31,7 +31,7 @@ fn open(path: &Path) {
     {
         return; // Takes long, as it should.
     }
-    let scene = match source.build(&|_| ()) {
+    let scene = match source.build(&lightbox_core::scene::unwatched) {
         Ok(scene) => Arc::new(scene),
         Err(e) => return check_line(&e.to_string()),
     };
@@ -57,7 +57,11 @@ fn open(path: &Path) {
 /// has its primitives and materials.
 fn check_edits(source: &Source, scene: &lightbox_core::Scene) {
     assert!(!scene.rebuilds_for(&source.desc));
-    assert!(scene.edit(source.desc.clone(), &|_| ()).is_ok());
+    assert!(
+        scene
+            .edit(source.desc.clone(), &lightbox_core::scene::unwatched)
+            .is_ok()
+    );
     for id in 0..scene.primitives().len() as u32 {
         let object = scene.object(id);
         let slot = scene.slot(id);

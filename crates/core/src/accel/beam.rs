@@ -4,7 +4,7 @@
 //! ray is walked as a beam: every plane is met not at one distance but over an interval that
 //! covers all rounding.
 
-use glam::{Vec3, Vec4};
+use glam::Vec4;
 
 use crate::math::{Aabb, Ray};
 
@@ -21,54 +21,68 @@ use crate::math::{Aabb, Ray};
 ///   16 ε of at most √3 R.
 const PAD: f32 = 72.0 / (1 << 24) as f32;
 
-/// A ray in a form that planes are met with, the part of it inside some bounds.
+/// A ray in a form that planes are met with, the part of it inside some bounds. The last
+/// components mean nothing.
+#[derive(Clone, Copy)]
 pub(super) struct Beam {
-    pub origin: Vec3,
+    pub origin: Vec4,
     /// 1/direction, limited so that its product with R is finite: then no plane in reach is met
     /// at NaN, and a ray parallel to a plane meets it either far outside the bounds or, within
     /// the beam's width, everywhere.
-    pub inv_dir: Vec3,
-    /// Half-width of the beam as a distance along the ray, on each axis.
-    pub pad: Vec3,
+    pub inv_dir: Vec4,
+    /// Half-width of the beam; times |`inv_dir`|, as a distance along the ray on each axis.
+    pub half_width: f32,
     pub t_enter: f32,
     pub t_exit: f32,
+    /// Whether the ray has meaning and meets the bounds.
+    pub is_met: bool,
 }
 
 impl Beam {
-    /// None if the ray misses the bounds or has no meaning.
+    /// Without a branch: many in a row overlap.
     #[inline(always)]
-    pub fn new(ray: &Ray, bounds: &Aabb) -> Option<Self> {
-        // In registers of four; the last component is 0.
+    pub fn new(ray: &Ray, bounds: &Aabb) -> Self {
+        // In registers of four.
         let [origin, dir, min, max] =
             [ray.origin, ray.dir, bounds.min, bounds.max].map(|v| v.extend(0.0));
         let (to_min, to_max) = (min - origin, max - origin);
         let reach = to_min.abs().max(to_max.abs()).max_element();
-        let finite = origin.is_finite() && dir.is_finite() && reach < f32::INFINITY;
-        let empty = dir == Vec4::ZERO || ray.t_max.is_nan() || ray.t_max <= 0.0;
-        if !finite || empty {
-            return None;
-        }
+        // Infinity times zero is NaN.
+        let is_finite = (origin * 0.0 + dir * 0.0).cmpeq(Vec4::ZERO).all();
+        let has_meaning =
+            is_finite & (reach < f32::INFINITY) & dir.cmpne(Vec4::ZERO).any() & (ray.t_max > 0.0);
         const HUGE: f32 = (1u128 << 124) as f32;
-        let inv_limit = Vec4::splat(HUGE / reach.max(1.0));
+        let inv_limit = Vec4::splat(HUGE / if reach > 1.0 { reach } else { 1.0 });
         let inv_dir = dir.recip().clamp(-inv_limit, inv_limit);
-        let pad = inv_dir.abs() * (PAD * reach);
+        let half_width = PAD * reach;
+        let pad = inv_dir.abs() * half_width;
         let (a, b) = (to_min * inv_dir, to_max * inv_dir);
-        let (enter, exit) = (a.min(b) - pad, a.max(b) + pad);
-        let t_enter = enter.x.max(enter.y).max(enter.z).max(0.0);
-        let t_exit = exit.x.min(exit.y).min(exit.z).min(ray.t_max);
-        (t_enter <= t_exit).then_some(Self {
-            origin: ray.origin,
-            inv_dir: inv_dir.truncate(),
-            pad: pad.truncate(),
+        // The last component lies before what is entered and after what is left.
+        let enter = (a.min(b) - pad).max_element();
+        let exit = (a.max(b) + pad).min_element();
+        let t_enter = if enter > 0.0 { enter } else { 0.0 };
+        let t_exit = if exit < ray.t_max { exit } else { ray.t_max };
+        Self {
+            origin,
+            inv_dir,
+            half_width,
             t_enter,
             t_exit,
-        })
+            is_met: has_meaning & (t_enter <= t_exit),
+        }
     }
 
-    /// 0 if what is below is nearer, 1 if what is above is. A direction of −0 is no exception:
-    /// both sides of a plane are then visited or the same one.
+    /// None if the ray misses the bounds or has no meaning.
     #[inline(always)]
-    pub fn near(&self, axis: usize) -> u32 {
-        u32::from(self.inv_dir[axis].is_sign_negative())
+    pub fn met(ray: &Ray, bounds: &Aabb) -> Option<Self> {
+        let beam = Self::new(ray, bounds);
+        beam.is_met.then_some(beam)
+    }
+
+    /// A bit for each axis along which what is above is nearer than what is below. A direction of
+    /// −0 is no exception: both sides of a plane are then visited or the same one.
+    #[inline(always)]
+    pub fn octant(&self) -> u32 {
+        self.inv_dir.is_negative_bitmask() & 7
     }
 }

@@ -4,6 +4,7 @@
 mod beam;
 pub mod bvh;
 pub mod kdtree;
+mod progress;
 
 #[cfg(test)]
 pub(crate) mod test;
@@ -11,6 +12,7 @@ pub(crate) mod test;
 use beam::Beam;
 pub use bvh::Bvh;
 pub use kdtree::KdTree;
+pub use progress::Progress;
 
 use crate::math::{Aabb, Ray};
 
@@ -35,7 +37,7 @@ pub struct TreeStats {
 /// Whether a ray has meaning and meets the box, to within the rounding errors of an f32 test.
 #[inline(always)]
 pub fn may_hit(bounds: &Aabb, ray: &Ray) -> bool {
-    Beam::new(ray, bounds).is_some()
+    Beam::new(ray, bounds).is_met
 }
 
 /// Half the surface of a box, in f64, in which the squares of all f32 have room; 0 if empty.

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use super::search::{Any, Face, Nearest, Search, offer_triangle, reach};
 use super::{Hit, Primitives};
 use crate::accel::bvh::{self, Leaves};
-use crate::accel::{self, Bvh, KdTree, TreeStats};
+use crate::accel::{self, Bvh, KdTree, Progress, TreeStats};
 use crate::math::{Aabb, Ray};
 use crate::settings::AccelKind;
 use crate::shape::{ShearedRay, TriangleRuns};
@@ -135,6 +135,25 @@ impl Geometry {
 
     /// [`Self::build`] for a certain kernel, one of [`Kernel::available`].
     pub fn build_for(primitives: Primitives, accel: AccelKind, kernel: Kernel) -> Self {
+        Self::build_with(primitives, accel, kernel, &Progress::unwatched())
+    }
+
+    /// [`Self::build`] whose progress is watched. If it is ended before time, what there is then
+    /// means nothing.
+    pub fn build_watched(
+        primitives: Primitives,
+        accel: AccelKind,
+        progress: &Progress<'_>,
+    ) -> Self {
+        Self::build_with(primitives, accel, Kernel::detect(), progress)
+    }
+
+    fn build_with(
+        primitives: Primitives,
+        accel: AccelKind,
+        kernel: Kernel,
+        progress: &Progress<'_>,
+    ) -> Self {
         let boxes = || -> Vec<Aabb> {
             (0..primitives.len() as u32)
                 .map(|id| primitives.bounds(id))
@@ -146,18 +165,22 @@ impl Geometry {
             .reduce(|| Aabb::EMPTY, Aabb::union);
         let accel = match Self::choice(&primitives, accel) {
             AccelKind::Brute => Accel::Brute(Triangles::in_order(&primitives)),
-            AccelKind::KdTree => Accel::KdTree(KdTree::build(&boxes(), |id, cell| {
-                primitives.clipped_bounds(id, cell)
-            })),
+            AccelKind::KdTree => Accel::KdTree(KdTree::build_watched(
+                &boxes(),
+                |id, cell| primitives.clipped_bounds(id, cell),
+                progress,
+            )),
             AccelKind::Auto | AccelKind::Bvh => {
-                let bvh::Built { tree, order, runs } = Bvh::build(primitives.faces(), |i| {
-                    Aabb::of_points(primitives.face(i as usize).0)
-                });
+                let bvh::Built { tree, order, runs } = Bvh::build_watched(
+                    primitives.faces(),
+                    |i| Aabb::of_points(primitives.face(i as usize).0),
+                    progress,
+                );
                 let triangles = Triangles::new(&primitives, &runs, &order);
                 let first = primitives.first_sphere();
                 let spheres = (primitives.spheres.len() >= SWEEP_BELOW).then(|| {
-                    let built =
-                        Bvh::build(primitives.spheres.len(), |i| primitives.bounds(first + i));
+                    let bounds = |i| primitives.bounds(first + i);
+                    let built = Bvh::build_watched(primitives.spheres.len(), bounds, progress);
                     let ids = built.order.iter().map(|i| first + i).collect();
                     (built.tree, ids)
                 });

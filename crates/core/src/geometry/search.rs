@@ -34,8 +34,13 @@ pub(super) fn offer_triangle(hit: Option<TriangleHit>, face: Face, search: &mut 
 pub(super) trait Search {
     /// What begins beyond this distance can be left out; −∞ when there is nothing left to find.
     fn t_max(&self) -> f32;
+    /// Hits beyond `t_max` times this need not be offered.
+    const LIMIT: f32;
     /// Hits beyond this distance need not be offered.
-    fn limit(&self) -> f32;
+    #[inline(always)]
+    fn limit(&self) -> f32 {
+        self.t_max() * Self::LIMIT
+    }
     /// Takes note of a hit; `b` are a triangle's second and third barycentric.
     fn offer(&mut self, t: f32, face: Face, b: [f32; 2]);
 }
@@ -61,11 +66,8 @@ impl<E: Fn(u32) -> bool> Search for Nearest<E> {
         self.t_max
     }
 
-    /// Further than `t_max`, for emitters that are then counted as nearer.
-    #[inline(always)]
-    fn limit(&self) -> f32 {
-        self.t_max * (1.0 + 2.0 * NUDGE)
-    }
+    /// Further, for emitters that are then counted as nearer.
+    const LIMIT: f32 = 1.0 + 2.0 * NUDGE;
 
     #[inline(always)]
     fn offer(&mut self, mut t: f32, face: Face, b: [f32; 2]) {
@@ -124,10 +126,7 @@ impl Search for Any {
         self.t_max
     }
 
-    #[inline(always)]
-    fn limit(&self) -> f32 {
-        self.t_max
-    }
+    const LIMIT: f32 = 1.0;
 
     #[inline(always)]
     fn offer(&mut self, _: f32, face: Face, _: [f32; 2]) {

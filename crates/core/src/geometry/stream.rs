@@ -1,27 +1,31 @@
 //! Casting many rays in one call: the same hits as one by one, sooner.
 
-use std::array::from_fn;
-use std::ops::Range;
+use std::cell::Cell;
 
+use super::Hit;
 use super::cast::{Accel, Geometry, Triangles};
-use super::search::{Any, Face, Nearest, Search, offer_triangle, reach};
-use super::{Hit, Primitives};
+use super::search::{Any, Face, Nearest, Search, reach};
 use crate::accel::Bvh;
-use crate::accel::bvh::{Leaves, Packet, SLOTS, Stream};
+use crate::accel::bvh::{self, Along, Lists, OCTANTS, Octant, Stream};
 use crate::math::Ray;
-use crate::shape::{Apart, ShearedRay, ShearedRays};
-use crate::simd::{Lanes, Task};
+use crate::shape::{PairHits, Pairs, Place, ROOM, ShearedRay, ShearedRays};
+use crate::simd::{Lanes, SET_BITS, Task};
 
-/// Rays in a packet.
-const PACKET: usize = 16;
+/// So few rays are cast one by one (measured: docs/ray-casting.md).
+const FEW: usize = 128;
 
-/// From so many triangles on, rays that do not run together are cast in turns rather than one
-/// after the other: the tree no longer fits the nearest caches (measured: docs/ray-casting.md).
-const STREAM_FROM: u32 = 50_000;
+/// Most rays of a stream.
+const BATCH: usize = 4096;
+
+/// So many pairs are tested together.
+const WAIT: usize = 16;
+
+/// Rays that are shown a leaf together.
+const VISIT: usize = 64;
 
 impl Geometry {
-    /// [`Geometry::intersect`] for rays 0 to `count` − 1, in no particular order: `ray(i)` gives a
-    /// ray, `found(i, hit)` receives what it hits.
+    /// [`Geometry::intersect`] for rays 0 to `count` − 1: `ray(i)` gives a ray, `found(i, hit)`
+    /// receives what it hits, in their order.
     #[inline]
     pub fn intersect_many(
         &self,
@@ -30,23 +34,22 @@ impl Geometry {
         is_emitter: impl Fn(u32) -> bool + Copy,
         mut found: impl FnMut(usize, Option<Hit>),
     ) {
-        let start = |i: usize| {
-            let ray = ray(i);
-            let nearest = Nearest {
-                is_emitter,
-                t_max: reach(&ray),
-                face: Face::NONE,
-                b: [0.0; 2],
-            };
-            (ray, nearest)
+        let rays: Vec<Ray> = (0..count).map(ray).collect();
+        let nearest = |ray: &Ray| Nearest {
+            is_emitter,
+            t_max: reach(ray),
+            face: Face::NONE,
+            b: [0.0; 2],
         };
-        self.search_many(count, start, |i, nearest: &Nearest<_>, primitives| {
-            found(i, nearest.hit(primitives));
-        });
+        let mut searches: Vec<_> = rays.iter().map(nearest).collect();
+        self.search_many(&rays, &mut searches);
+        for (i, nearest) in searches.iter().enumerate() {
+            found(i, nearest.hit(&self.primitives));
+        }
     }
 
-    /// [`Geometry::occluded`] for rays 0 to `count` − 1, in no particular order: `ray(i)` gives a
-    /// ray and the primitive that does not shade it, `found(i, occluded)` receives the answer.
+    /// [`Geometry::occluded`] for rays 0 to `count` − 1: `ray(i)` gives a ray and the primitive
+    /// that does not shade it, `found(i, occluded)` receives the answer, in their order.
     #[inline]
     pub fn occluded_many(
         &self,
@@ -54,331 +57,303 @@ impl Geometry {
         ray: impl Fn(usize) -> (Ray, u32),
         mut found: impl FnMut(usize, bool),
     ) {
-        let start = |i: usize| {
-            let (ray, except) = ray(i);
-            let any = Any {
-                except,
-                t_max: reach(&ray),
-            };
-            (ray, any)
+        let any = |(ray, except)| {
+            let t_max = reach(&ray);
+            (ray, Any { except, t_max })
         };
-        self.search_many(count, start, |i, any: &Any, _| found(i, any.found()));
+        let (rays, mut searches): (Vec<_>, Vec<_>) = (0..count).map(ray).map(any).unzip();
+        self.search_many(&rays, &mut searches);
+        for (i, any) in searches.iter().enumerate() {
+            found(i, any.found());
+        }
     }
 
-    #[inline(always)]
-    fn search_many<S: Search>(
-        &self,
-        count: usize,
-        start: impl Fn(usize) -> (Ray, S),
-        done: impl FnMut(usize, &S, &Primitives),
-    ) {
+    /// Of its own for each kind of search, but not for each caller: it is much code.
+    fn search_many<S: Search>(&self, rays: &[Ray], searches: &mut [S]) {
         self.kernel.run(CastMany {
             geometry: self,
-            count,
-            start,
-            done,
+            rays,
+            searches,
         });
     }
 }
 
 /// Many rays, for a kernel.
-struct CastMany<'a, F, D> {
+struct CastMany<'a, S> {
     geometry: &'a Geometry,
-    count: usize,
-    start: F,
-    done: D,
+    rays: &'a [Ray],
+    searches: &'a mut [S],
 }
 
-impl<S, F, D> Task for CastMany<'_, F, D>
-where
-    S: Search,
-    F: Fn(usize) -> (Ray, S),
-    D: FnMut(usize, &S, &Primitives),
-{
+impl<S: Search> Task for CastMany<'_, S> {
     type Output = ();
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
         let Self {
             geometry,
-            count,
-            start,
-            mut done,
+            rays,
+            searches,
         } = self;
-        if let Accel::Bvh {
-            triangles,
-            tree,
-            spheres,
-        } = &geometry.accel
-        {
-            let mut many = Many {
-                geometry,
+        match &geometry.accel {
+            Accel::Bvh {
                 triangles,
                 tree,
-                spheres: spheres.as_ref(),
-                start,
-                done,
-            };
-            many.cast::<L>(count);
-            return;
-        }
-        for i in 0..count {
-            let (ray, mut search) = start(i);
-            geometry.search_with::<L>(&ray, &mut search);
-            done(i, &search, &geometry.primitives);
-        }
-    }
-}
-
-/// Rays to cast through the tree over triangles.
-struct Many<'a, F, D> {
-    geometry: &'a Geometry,
-    triangles: &'a Triangles,
-    tree: &'a Bvh,
-    spheres: Option<&'a (Bvh, Vec<u32>)>,
-    start: F,
-    done: D,
-}
-
-impl<S, F, D> Many<'_, F, D>
-where
-    S: Search,
-    F: Fn(usize) -> (Ray, S),
-    D: FnMut(usize, &S, &Primitives),
-{
-    /// Casts rays that run close together as packets, all others in turn.
-    #[inline(always)]
-    fn cast<L: Lanes>(&mut self, count: usize) {
-        let (mut first, mut begin) = (0, 0);
-        while first < count {
-            let is_last = begin + PACKET > count;
-            let is_packet = !is_last && self.cast_packet::<L>(begin);
-            if is_packet || is_last {
-                self.cast_others::<L>(first..if is_packet { begin } else { count });
-                first = if is_packet { begin + PACKET } else { count };
-            }
-            begin += PACKET;
-        }
-    }
-
-    #[inline(always)]
-    fn cast_others<L: Lanes>(&mut self, rays: Range<usize>) {
-        if self.triangles.count < STREAM_FROM {
-            for i in rays {
-                let (ray, mut search) = (self.start)(i);
-                let sheared = ShearedRay::new(&ray);
-                self.triangles
-                    .search::<L>(self.tree, &ray, &sheared, &mut search);
-                self.geometry
-                    .search_spheres(self.spheres, &ray, &mut search);
-                (self.done)(i, &search, &self.geometry.primitives);
-            }
-        } else if !rays.is_empty() {
-            self.tree.walk_many::<L>(&mut Batch {
-                geometry: self.geometry,
-                triangles: self.triangles,
-                spheres: self.spheres,
-                rays,
-                start: &self.start,
-                done: &mut self.done,
-                slots: [const { None }; SLOTS],
-                candidates: [Waiting::default(); SLOTS],
-                waiting: 0,
-            });
-        }
-    }
-
-    /// Casts rays from `begin` on as one packet, if they run close together.
-    #[inline(always)]
-    fn cast_packet<L: Lanes>(&mut self, begin: usize) -> bool {
-        let rays: [Ray; PACKET] = from_fn(|i| (self.start)(begin + i).0);
-        let Some(packet) = Packet::new(self.tree, &rays) else {
-            return false;
-        };
-        let sheared: [ShearedRay; PACKET] = from_fn(|i| ShearedRay::new(&rays[i]));
-        let (groups, _) = sheared.as_chunks();
-        let mut leaves = PacketLeaves {
-            triangles: self.triangles,
-            rays: [ShearedRays::default(); PACKET / 8],
-            searches: from_fn(|i| (self.start)(begin + i).1),
-            limits: [[0.0; 8]; PACKET / 8],
-        };
-        for (to, group) in leaves.rays.iter_mut().zip(groups) {
-            match ShearedRays::new(group) {
-                Some(rays) => *to = rays,
-                None => return false,
-            }
-        }
-        for (i, search) in leaves.searches.iter().enumerate() {
-            leaves.limits[i / 8][i % 8] = search.limit();
-        }
-        self.tree.walk_packet::<L>(&packet, &mut leaves);
-        for (i, (ray, mut search)) in rays.iter().zip(leaves.searches).enumerate() {
-            self.geometry.search_spheres(self.spheres, ray, &mut search);
-            (self.done)(begin + i, &search, &self.geometry.primitives);
-        }
-        true
-    }
-}
-
-/// The leaves before a packet.
-struct PacketLeaves<'a, S> {
-    triangles: &'a Triangles,
-    rays: [ShearedRays; PACKET / 8],
-    searches: [S; PACKET],
-    /// Each search's limit.
-    limits: [[f32; 8]; PACKET / 8],
-}
-
-impl<S: Search> Leaves for PacketLeaves<'_, S> {
-    #[inline(always)]
-    fn visit<L: Lanes>(&mut self, first: u32, count: u32, mut t_max: f32) -> f32 {
-        let runs = &self.triangles.runs;
-        let mut hit_any = false;
-        for lane in 0..count {
-            for (group, rays) in self.rays.iter().enumerate() {
-                let limits = &mut self.limits[group];
-                let found = runs.candidate_rays::<L>(rays, first, count, lane, limits);
-                let mut mask = found.mask;
-                if mask == 0 {
-                    continue;
+                spheres,
+            } if L::MANY && rays.len() > FEW => {
+                let mut scratch = SCRATCH.take().unwrap_or_default();
+                let batches = rays.chunks(BATCH).zip(searches.chunks_mut(BATCH));
+                for (rays, searches) in batches {
+                    cast_batch::<L, S>(triangles, tree, rays, searches, &mut scratch);
                 }
-                let pairs = found.apart();
-                let face = Face(runs.tag(first, count, lane));
-                while mask != 0 {
-                    let i = mask.trailing_zeros();
-                    mask &= mask - 1;
-                    let search = &mut self.searches[8 * group + i as usize % 8];
-                    let at = (first, count, lane);
-                    let hit = runs.hit((&pairs, i), || rays.get(i), at, search.limit());
-                    offer_triangle(hit, face, search);
-                    limits[i as usize % 8] = search.limit();
+                SCRATCH.set(Some(scratch));
+                for (ray, search) in rays.iter().zip(searches) {
+                    geometry.search_spheres(spheres.as_ref(), ray, search);
                 }
-                hit_any = true;
+            }
+            _ => {
+                for (ray, search) in rays.iter().zip(searches) {
+                    geometry.search_with::<L>(ray, search);
+                }
             }
         }
-        if hit_any {
-            t_max = f32::NEG_INFINITY;
-            for search in &self.searches {
-                t_max = t_max.max(search.t_max());
-            }
-        }
-        t_max
     }
+}
+
+/// Casts up to [`BATCH`] rays through the tree over triangles, one octant after the other.
+#[inline(always)]
+fn cast_batch<L: Lanes, S: Search>(
+    triangles: &Triangles,
+    tree: &Bvh,
+    rays: &[Ray],
+    searches: &mut [S],
+    scratch: &mut Scratch,
+) {
+    let Scratch {
+        lists,
+        waiting,
+        pairs,
+        hits,
+    } = scratch;
+    let mut flights = Vec::with_capacity(rays.len());
+    // What misses the tree comes last, in a list of its own.
+    let mut counts = [0usize; OCTANTS + 1];
+    let (mut steps, mut last) = (0.0, rays[0].origin);
+    for (ray, search) in rays.iter().zip(&mut *searches) {
+        steps += (ray.origin - last).length();
+        last = ray.origin;
+        let (mut along, octant, is_met) = tree.along(ray);
+        let mut sheared = ShearedRay::new(ray);
+        along.set_t_max(search.t_max());
+        sheared.set_t_max(search.t_max());
+        let octant = if is_met { octant } else { OCTANTS };
+        counts[octant] += 1;
+        flights.push(Flight {
+            along,
+            sheared,
+            search,
+            octant: octant as u8,
+        });
+    }
+    let mut begins = [0; OCTANTS + 1];
+    for i in 1..=OCTANTS {
+        begins[i] = begins[i - 1] + counts[i - 1];
+    }
+    let mut items = vec![0; rays.len()];
+    for (i, flight) in flights.iter().enumerate() {
+        let at = &mut begins[usize::from(flight.octant)];
+        items[*at] = i as u16;
+        *at += 1;
+    }
+    let mut batch = Batch {
+        triangles,
+        flights,
+        waiting,
+        count: 0,
+        pairs,
+        hits,
+    };
+    let step = steps / rays.len() as f32;
+    let mut begin = 0;
+    for (octant, &end) in begins[..OCTANTS].iter().enumerate() {
+        let items = &items[begin..end];
+        tree.walk_stream::<L>((octant, step), items, lists, &mut batch);
+        begin = end;
+    }
+    batch.settle();
 }
 
 /// A ray under way.
-struct Slot<S> {
-    index: usize,
-    ray: Ray,
+#[repr(C, align(64))]
+struct Flight<'a, S> {
+    along: Along,
     sheared: ShearedRay,
-    search: S,
-}
-
-/// Triangles that a ray may hit, waiting for the exact test.
-#[derive(Clone, Copy, Default)]
-struct Waiting {
-    slot: u8,
-    mask: u32,
-    first: u32,
-    count: u32,
-    triangles: Apart,
+    search: &'a mut S,
+    octant: u8,
 }
 
 /// Rays on their way through the tree over triangles.
-struct Batch<'a, S, F, D> {
-    geometry: &'a Geometry,
+struct Batch<'a, S> {
     triangles: &'a Triangles,
-    spheres: Option<&'a (Bvh, Vec<u32>)>,
-    /// Those that have not started.
-    rays: Range<usize>,
-    start: &'a F,
-    done: &'a mut D,
-    slots: [Option<Slot<S>>; SLOTS],
-    candidates: [Waiting; SLOTS],
-    waiting: usize,
+    flights: Vec<Flight<'a, S>>,
+    /// Pairs that wait for the exact test: from the lowest bit, 32 of the triangle's place, 8 of
+    /// its stride, 16 of the ray.
+    waiting: &'a mut Waiting,
+    count: usize,
+    pairs: &'a mut Pairs,
+    hits: &'a mut PairHits,
 }
 
-impl<S, F, D> Stream for Batch<'_, S, F, D>
-where
-    S: Search,
-    F: Fn(usize) -> (Ray, S),
-    D: FnMut(usize, &S, &Primitives),
-{
+type Waiting = [u64; WAIT + 8 * (VISIT + 2)];
+
+/// What batches use one after the other: clearing it for each would take longer than a few rays do.
+struct Scratch {
+    lists: Lists,
+    waiting: Waiting,
+    pairs: Pairs,
+    hits: PairHits,
+}
+
+thread_local! {
+    static SCRATCH: Cell<Option<Box<Scratch>>> = const { Cell::new(None) };
+}
+
+impl Default for Scratch {
+    fn default() -> Self {
+        Self {
+            lists: Lists::default(),
+            waiting: [0; _],
+            pairs: Pairs::new(),
+            hits: PairHits::new(),
+        }
+    }
+}
+
+impl<S: Search> Batch<'_, S> {
+    /// Meets the triangles of a leaf with eight rays at a time.
     #[inline(always)]
-    fn start(&mut self, slot: usize) -> Option<Ray> {
-        let index = self.rays.next()?;
-        let (ray, search) = (self.start)(index);
-        self.slots[slot % SLOTS] = Some(Slot {
-            index,
-            ray,
-            sheared: ShearedRay::new(&ray),
-            search,
-        });
-        Some(ray)
+    fn visit_group<L: Lanes>(&mut self, items: &[u16; 8], first: u32, count: u32) {
+        let ray = |i: usize| &self.flights[usize::from(items[i])].sheared;
+        let rays = [
+            ray(0),
+            ray(1),
+            ray(2),
+            ray(3),
+            ray(4),
+            ray(5),
+            ray(6),
+            ray(7),
+        ];
+        let rays = ShearedRays::<L>::new(rays, S::LIMIT);
+        let eight = bvh::in_a_row(items);
+        for lane in 0..count {
+            let place = Place::new(first, count).after(lane);
+            let found = self.triangles.runs.candidate_rays(&rays, place);
+            let mask = found.mask;
+            let mut hit = [0; 8];
+            L::compress(eight, mask as usize, &mut hit);
+            let pair = u64::from(count) << 32 | u64::from(place.at);
+            if let Some(to) = self.waiting[self.count..].first_chunk_mut::<8>() {
+                *to = hit.map(|item| u64::from(item) << 40 | pair);
+            }
+            self.count += mask.count_ones() as usize;
+        }
+    }
+
+    /// Meets the triangles of a leaf at once with one ray at a time.
+    #[inline(always)]
+    fn visit_each<L: Lanes>(&mut self, items: &[u16], first: u32, count: u32) {
+        if items.is_empty() {
+            return;
+        }
+        let place = Place::new(first, count);
+        let run = self.triangles.runs.run::<L>(first, count);
+        for &item in items {
+            let flight = &self.flights[usize::from(item)];
+            let mask = run
+                .candidates(&flight.sheared, flight.along.t_max() * S::LIMIT)
+                .mask;
+            let pair = u64::from(item) << 40 | u64::from(count) << 32 | u64::from(place.at);
+            if let Some(to) = self.waiting[self.count..].first_chunk_mut::<8>() {
+                *to = SET_BITS[mask as usize & 0xff].map(|lane| pair + u64::from(lane));
+            }
+            self.count += mask.count_ones() as usize;
+        }
+    }
+
+    /// Tests all pairs that wait.
+    #[inline(always)]
+    fn settle(&mut self) {
+        let runs = &self.triangles.runs;
+        for begin in (0..self.count).step_by(ROOM) {
+            let pairs = &self.waiting[begin..self.count.min(begin + ROOM)];
+            let parts = |pair: u64| {
+                let count = (pair >> 32) as u32 & 0xff;
+                (
+                    (pair >> 40) as usize,
+                    Place {
+                        at: pair as u32,
+                        count,
+                    },
+                )
+            };
+            for (k, &pair) in pairs.iter().enumerate() {
+                let (i, place) = parts(pair);
+                let flight = &self.flights[i];
+                self.pairs.set(
+                    k,
+                    &flight.sheared,
+                    runs,
+                    place,
+                    flight.along.t_max() * S::LIMIT,
+                );
+            }
+            self.pairs.test(pairs.len(), self.hits);
+            for (k, &pair) in pairs.iter().enumerate() {
+                let (i, place) = parts(pair);
+                let flight = &mut self.flights[i];
+                if let Some(hit) = self
+                    .hits
+                    .get(k, &flight.sheared, || runs.triangle_at(place))
+                {
+                    let face = Face(runs.tag_at(place));
+                    flight.search.offer(hit.t, face, [hit.b1, hit.b2]);
+                    flight.along.set_t_max(flight.search.t_max());
+                    flight.sheared.set_t_max(flight.search.t_max());
+                }
+            }
+        }
+        self.count = 0;
+    }
+}
+
+impl<S: Search> Stream for Batch<'_, S> {
+    #[inline(always)]
+    fn along(&self, item: u16) -> &Along {
+        &self.flights[usize::from(item)].along
     }
 
     #[inline(always)]
-    fn test<L: Lanes>(&mut self, slot: usize, first: u32, count: u32) {
-        let Some(Slot {
-            sheared, search, ..
-        }) = &self.slots[slot % SLOTS]
-        else {
-            return;
-        };
-        let runs = &self.triangles.runs;
-        let found = runs.candidates::<L>(sheared, first, count, search.limit());
-        // Kept only if the number goes up.
-        let waiting = &mut self.candidates[self.waiting % SLOTS];
-        (waiting.slot, waiting.mask) = (slot as u8, found.mask);
-        (waiting.first, waiting.count) = (first, count);
-        waiting.triangles = found.apart();
-        self.waiting += usize::from(found.mask != 0);
+    fn visit<L: Lanes>(&mut self, items: &[u16], first: u32, count: u32) {
+        for items in items.chunks(VISIT) {
+            let (groups, rest) = items.as_chunks::<8>();
+            for items in groups {
+                self.visit_group::<L>(items, first, count);
+            }
+            self.visit_each::<L>(rest, first, count);
+            if self.count >= WAIT {
+                self.settle();
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn octant(&self, item: u16) -> Octant {
+        usize::from(self.flights[usize::from(item)].octant) % OCTANTS
     }
 
     #[inline(always)]
     fn prefetch<L: Lanes>(&self, first: u32, count: u32) {
         self.triangles.runs.prefetch::<L>(first, count);
-    }
-
-    #[inline(always)]
-    fn settle(&mut self) {
-        for waiting in &self.candidates[..self.waiting] {
-            let Some(Slot {
-                sheared, search, ..
-            }) = &mut self.slots[usize::from(waiting.slot) % SLOTS]
-            else {
-                continue;
-            };
-            let mut mask = waiting.mask;
-            while mask != 0 {
-                let lane = mask.trailing_zeros();
-                mask &= mask - 1;
-                let runs = &self.triangles.runs;
-                let at = (waiting.first, waiting.count, lane);
-                let hit = runs.hit((&waiting.triangles, lane), || *sheared, at, search.limit());
-                let tag = runs.tag(waiting.first, waiting.count, lane);
-                offer_triangle(hit, Face(tag), search);
-            }
-        }
-        self.waiting = 0;
-    }
-
-    #[inline(always)]
-    fn t_max(&self, slot: usize) -> f32 {
-        match &self.slots[slot % SLOTS] {
-            Some(slot) => slot.search.t_max(),
-            None => f32::NEG_INFINITY,
-        }
-    }
-
-    #[inline(always)]
-    fn finish(&mut self, slot: usize) {
-        let Some(slot) = &mut self.slots[slot % SLOTS] else {
-            return;
-        };
-        self.geometry
-            .search_spheres(self.spheres, &slot.ray, &mut slot.search);
-        (self.done)(slot.index, &slot.search, &self.geometry.primitives);
     }
 }

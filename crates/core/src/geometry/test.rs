@@ -222,7 +222,7 @@ fn a_closed_mesh_has_no_holes() {
 }
 
 #[test]
-fn packets_and_turns_give_what_single_rays_give() {
+fn lists_and_turns_give_what_single_rays_give() {
     let mut rng = Rng(35);
     let mut triangles = bumpy_sphere(60);
     for many in [false, true] {
@@ -257,6 +257,9 @@ fn packets_and_turns_give_what_single_rays_give() {
             let dir = patch.dir + 0.02 * rng.cube();
             rays.push(Ray::new(origin, dir.normalize()));
         }
+        let scattered: Vec<Ray> = (0..200)
+            .map(|_| Ray::new(1.5 * rng.cube(), rng.cube().normalize()))
+            .collect();
         for kernel in Kernel::available() {
             let primitives = Primitives {
                 triangles: triangles.clone(),
@@ -269,6 +272,8 @@ fn packets_and_turns_give_what_single_rays_give() {
             let geometry = Geometry::build_for(primitives, AccelKind::Bvh, kernel);
             check_many(&geometry, &rays, |_| false);
             check_many(&geometry, &rays, |id| id % 5 == 0);
+            // So few for so large a tree that they go alone, but not one by one.
+            check_many(&geometry, &scattered, |_| false);
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Paths followed again, step by step: the same paths as [`Wave::trace`] follows, with the same
+//! Paths followed again, step by step: the same paths as `Wave::trace` follows, with the same
 //! light to the last bit, and what each step has found.
 
 use std::sync::atomic::{AtomicBool, Ordering};

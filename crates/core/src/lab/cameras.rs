@@ -221,7 +221,8 @@ fn center() -> Vec<Figure> {
     for accel in crate::AccelKind::ALL {
         let mut desc = wall();
         desc.render.accel = *accel;
-        let built = crate::scene::Source::from_desc(desc, "lab.toml".as_ref()).build(&|_| ());
+        let built = crate::scene::Source::from_desc(desc, "lab.toml".as_ref())
+            .build(&crate::scene::unwatched);
         let scene = std::sync::Arc::new(built.unwrap_or_else(|e| panic!("{e}")));
         for size in [1, 2, 3, 15, 16, 64, 65] {
             let view = view(&scene, |s| (s.width, s.height) = (size, size));
@@ -292,7 +293,8 @@ radius = 0.75
         for sphere in &mut desc.spheres {
             sphere.center += by;
         }
-        let built = crate::scene::Source::from_desc(desc, "lab.toml".as_ref()).build(&|_| ());
+        let built = crate::scene::Source::from_desc(desc, "lab.toml".as_ref())
+            .build(&crate::scene::unwatched);
         let far = std::sync::Arc::new(built.unwrap_or_else(|e| panic!("{e}")));
         let there = view(&far, |_| ());
         let filter = crate::filter::FilterSampler::new(Filter::default());

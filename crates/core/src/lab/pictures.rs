@@ -137,7 +137,7 @@ fn mirror(root: Root) -> Image {
     };
     let camera = Camera::new(&room.camera, SIZE, SIZE).expect("the scene's own camera");
     let room = source
-        .build_edited(room, &|_| ())
+        .build_edited(room, &crate::scene::unwatched)
         .expect("the scene without its ball");
     let meets = |ray: &Ray| match root {
         Root::Lightbox => ball.intersect(ray, f32::INFINITY),

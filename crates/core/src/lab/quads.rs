@@ -73,7 +73,7 @@ pub(super) fn scene(quads: &[[Vec3; 4]]) -> Result<Scene, SceneError> {
             .collect(),
         ..SceneDesc::default()
     };
-    Source::from_desc(desc, Path::new("quads.toml")).build(&|_| ())
+    Source::from_desc(desc, Path::new("quads.toml")).build(&crate::scene::unwatched)
 }
 
 /// Quads as one primitive each.

@@ -36,13 +36,15 @@ pub fn is_accepted(text: &str) -> bool {
 
 fn build(text: &str) -> Result<Scene, crate::scene::SceneError> {
     let path = std::path::Path::new("lab.toml");
-    crate::scene::parse(text, path).and_then(|desc| Source::from_desc(desc, path).build(&|_| ()))
+    crate::scene::parse(text, path)
+        .and_then(|desc| Source::from_desc(desc, path).build(&crate::scene::unwatched))
 }
 
 /// A built-in scene of the lab, by its name without folder and extension.
 pub fn built_in(name: &str) -> Arc<Scene> {
     let path = format!("builtin:lab/{name}.toml");
-    let built = crate::scene::load(path.as_ref()).and_then(|source| source.build(&|_| ()));
+    let built =
+        crate::scene::load(path.as_ref()).and_then(|source| source.build(&crate::scene::unwatched));
     Arc::new(built.unwrap_or_else(|e| panic!("{e}")))
 }
 

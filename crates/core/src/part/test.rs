@@ -21,7 +21,9 @@ fn view_of(name: &str, edit: impl FnOnce(&mut SceneDesc)) -> View {
     (desc.render.width, desc.render.height) = (37, 21);
     desc.render.filter = "lanczos".parse().expect("a filter");
     edit(&mut desc);
-    let scene = source.build_edited(desc, &|_| ()).expect("a scene");
+    let scene = source
+        .build_edited(desc, &crate::scene::unwatched)
+        .expect("a scene");
     View::of(Arc::new(scene)).expect("a view")
 }
 

@@ -13,7 +13,8 @@ use crate::{Image, SamplerKind, Scene, View};
 
 /// A shipped scene by its path.
 fn read(path: &str) -> Arc<Scene> {
-    let built = crate::scene::load(path.as_ref()).and_then(|source| source.build(&|_| ()));
+    let built =
+        crate::scene::load(path.as_ref()).and_then(|source| source.build(&crate::scene::unwatched));
     Arc::new(built.unwrap_or_else(|e| panic!("{e}")))
 }
 
@@ -95,7 +96,7 @@ corners = [[1, 0, -2], [2, 0, -2], [1.7, 1, -2], [1.1, 1, -2]]
 "#;
     let path = folder.path().join("everything.toml");
     let desc = crate::scene::parse(text, &path).unwrap_or_else(|e| panic!("{e}"));
-    let built = Source::from_desc(desc, &path).build(&|_| ());
+    let built = Source::from_desc(desc, &path).build(&crate::scene::unwatched);
     Arc::new(built.unwrap_or_else(|e| panic!("{e}")))
 }
 
@@ -260,7 +261,7 @@ fn the_full_model_can_be_set() {
     let mut desc = scene.desc().clone();
     desc.render.full_model = true;
     assert!(scene.rebuilds_for(&desc));
-    let full = Arc::new(scene.edit(desc, &|_| ()).expect("a scene"));
+    let full = Arc::new(scene.edit(desc, &crate::scene::unwatched).expect("a scene"));
     assert_eq!(full.geometry().accel(), AccelKind::Bvh);
     let [planned, full] = [scene, full].map(|scene| small(&scene, Method::Mis));
     assert!(left_out(&full).is_empty() && !left_out(&planned).is_empty());

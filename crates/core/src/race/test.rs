@@ -6,7 +6,7 @@ use crate::{Method, Scene, SceneDesc};
 
 fn cornell(method: Method) -> View {
     let scene: Scene = crate::scene::load("builtin:cornell-box.toml".as_ref())
-        .and_then(|source| source.build(&|_| ()))
+        .and_then(|source| source.build(&crate::scene::unwatched))
         .unwrap();
     let SceneDesc { camera, render, .. } = scene.desc().clone();
     let mut settings = render;

@@ -128,7 +128,7 @@ mod tests {
     fn view(scene: &str, method: Method, depth: u32) -> View {
         let path = format!("builtin:{scene}.toml");
         let source = scene::load(Path::new(&path)).expect("a scene");
-        let built = Arc::new(source.build(&|_| ()).expect("a scene"));
+        let built = Arc::new(source.build(&scene::unwatched).expect("a scene"));
         let settings = RenderSettings {
             width: 24,
             height: 18,

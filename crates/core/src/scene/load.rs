@@ -13,7 +13,7 @@ use super::desc::{MeshDesc, SceneDesc};
 use super::error::{SceneError, SceneWarning};
 use super::obj::ObjMesh;
 use super::rewrite::rewritten;
-use super::{MeshCache, Phase, Scene, stage};
+use super::{MeshCache, Scene, Watcher, stage};
 use crate::image_io::write_aside;
 
 /// A description with the file it came from.
@@ -81,19 +81,15 @@ impl Source {
         }
     }
 
-    /// Builds the scene as described; `progress` is told what is being done.
-    pub fn build(&self, progress: &dyn Fn(Phase)) -> Result<Scene, SceneError> {
-        self.build_edited(self.desc.clone(), progress)
+    /// Builds the scene as described; the watcher is told what is being done.
+    pub fn build(&self, watcher: Watcher<'_>) -> Result<Scene, SceneError> {
+        self.build_edited(self.desc.clone(), watcher)
     }
 
     /// Builds the scene from an edited description of the same file.
-    pub fn build_edited(
-        &self,
-        desc: SceneDesc,
-        progress: &dyn Fn(Phase),
-    ) -> Result<Scene, SceneError> {
+    pub fn build_edited(&self, desc: SceneDesc, watcher: Watcher<'_>) -> Result<Scene, SceneError> {
         let textures = super::assemble::Textures::default();
-        Scene::build(desc, &self.path, &self.meshes, textures, progress).map_err(|e| self.locate(e))
+        Scene::build(desc, &self.path, &self.meshes, textures, watcher).map_err(|e| self.locate(e))
     }
 
     /// Gives an error about a value its file and line.

@@ -13,6 +13,7 @@ pub mod obj;
 mod rewrite;
 mod stage;
 
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -25,6 +26,7 @@ pub use desc::{CameraDesc, MaterialDesc, MeshDesc, QuadDesc, SceneDesc, SphereDe
 pub use error::{SceneError, SceneWarning};
 pub use load::{Source, load, parse, save};
 
+use crate::accel::Progress;
 use crate::geometry::{Geometry, Hit, Primitives};
 use crate::light::{Casters, Lights};
 use crate::material::Material;
@@ -38,10 +40,32 @@ use obj::ObjMesh;
 pub enum Phase {
     /// Reading meshes and textures.
     Reading,
-    /// Building the accelerator over this many primitives.
-    BuildingAccelerator(usize),
+    /// Building the accelerator.
+    BuildingAccelerator {
+        /// Over so many primitives.
+        primitives: usize,
+        /// How much of it is done, to 100.
+        percent: u8,
+    },
     /// Done.
     Ready,
+}
+
+/// Who is told what building a scene is busy with, from whichever thread does it, and says
+/// whether to go on: if not, what was begun ends with an error soon.
+pub type Watcher<'a> = &'a (dyn Fn(Phase) -> ControlFlow<()> + Sync);
+
+/// The [`Watcher`] where nobody watches.
+pub fn unwatched(_: Phase) -> ControlFlow<()> {
+    ControlFlow::Continue(())
+}
+
+/// Tells a watcher; an error if it wants no more.
+fn tell(watcher: Watcher<'_>, phase: Phase) -> Result<(), SceneError> {
+    if watcher(phase).is_break() {
+        return Err(SceneError::in_file(Path::new(""), "cancelled"));
+    }
+    Ok(())
 }
 
 /// One sphere, quad or mesh of the description.
@@ -107,17 +131,27 @@ impl Scene {
         path: &Path,
         known_meshes: &MeshCache,
         textures: assemble::Textures,
-        progress: &dyn Fn(Phase),
+        watcher: Watcher<'_>,
     ) -> Result<Self, SceneError> {
         check::check(&desc)?;
-        progress(Phase::Reading);
+        tell(watcher, Phase::Reading)?;
         let meshes = known_meshes.complete(&desc, path)?;
         let (primitives, objects) = assemble::primitives(&desc, &meshes);
         check::count(primitives.len()).map_err(|problem| SceneError::in_file(path, problem))?;
-        progress(Phase::BuildingAccelerator(primitives.len()));
-        let geometry = Arc::new(Geometry::build(primitives, desc.render.built_accel()));
+        let count = primitives.len();
+        let building = |percent| Phase::BuildingAccelerator {
+            primitives: count,
+            percent,
+        };
+        tell(watcher, building(0))?;
+        let report = |percent| watcher(building(percent));
+        let work = Progress::new(&report);
+        let geometry = Geometry::build_watched(primitives, desc.render.built_accel(), &work);
+        // Whether it was ended early.
+        tell(watcher, building(100))?;
+        let geometry = Arc::new(geometry);
         let scene = Self::finish(desc, path, meshes, textures, geometry, objects.into())?;
-        progress(Phase::Ready);
+        tell(watcher, Phase::Ready)?;
         Ok(scene)
     }
 
@@ -134,15 +168,15 @@ impl Scene {
         }
         let mut desc = self.desc.clone();
         desc.render.accel = accel;
-        self.edit(desc, &|_| ()).map(Arc::new)
+        self.edit(desc, &unwatched).map(Arc::new)
     }
 
     /// The same scene with an edited description. What the edit did not touch is shared: only
     /// moved or changed shapes, or another accelerator, lead to a new one.
-    pub fn edit(&self, desc: SceneDesc, progress: &dyn Fn(Phase)) -> Result<Self, SceneError> {
+    pub fn edit(&self, desc: SceneDesc, watcher: Watcher<'_>) -> Result<Self, SceneError> {
         if self.rebuilds_for(&desc) {
             let textures = self.textures.clone();
-            return Self::build(desc, &self.path, &self.meshes, textures, progress);
+            return Self::build(desc, &self.path, &self.meshes, textures, watcher);
         }
         check::check(&desc)?;
         let (meshes, textures) = (self.meshes.clone(), self.textures.clone());
@@ -154,7 +188,7 @@ impl Scene {
             self.geometry.clone(),
             self.objects.clone(),
         )?;
-        progress(Phase::Ready);
+        tell(watcher, Phase::Ready)?;
         Ok(scene)
     }
 

@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::triangle::{ShearedRay, TriangleHit, exact};
+use super::triangle::{Exact, ShearedRay, TriangleHit};
 use crate::math::gamma;
 use crate::simd::Lanes;
 
@@ -20,7 +20,63 @@ pub struct TriangleRuns {
     words: Vec<f32>,
 }
 
+/// Where a triangle of a run lies: words and the stride between its coordinates.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Place {
+    /// Its first coordinate.
+    pub at: u32,
+    /// Length of the run.
+    pub count: u32,
+}
+
+impl Place {
+    /// The first triangle of a run.
+    #[inline(always)]
+    pub fn new(first: u32, count: u32) -> Self {
+        Self {
+            at: first * WORDS as u32,
+            count,
+        }
+    }
+
+    /// The triangle so many places after it in its run.
+    #[inline(always)]
+    pub fn after(self, lane: u32) -> Self {
+        Self {
+            at: self.at + lane,
+            ..self
+        }
+    }
+}
+
 impl TriangleRuns {
+    /// A coordinate of a triangle: x, y, z of the first vertex, of the second, of the third.
+    #[inline(always)]
+    pub(crate) fn coordinate(&self, place: Place, i: usize) -> f32 {
+        let at = place.at as usize + i * place.count as usize;
+        debug_assert!(at < self.words.len());
+        #[expect(
+            unsafe_code,
+            reason = "a pair is read in a dozen places, a check for each"
+        )]
+        // SAFETY: places are made of runs that there are, and nothing changes them.
+        unsafe {
+            *self.words.get_unchecked(at)
+        }
+    }
+
+    /// The tag of a triangle.
+    #[inline(always)]
+    pub(crate) fn tag_at(&self, place: Place) -> u32 {
+        self.coordinate(place, 9).to_bits()
+    }
+
+    /// The vertices of a triangle.
+    #[inline(always)]
+    pub(crate) fn triangle_at(&self, place: Place) -> [Vec3; 3] {
+        [0, 3, 6].map(|v| Vec3::from_array([0, 1, 2].map(|axis| self.coordinate(place, v + axis))))
+    }
+
     /// Most triangles in a run.
     pub const MAX: usize = 8;
 
@@ -51,39 +107,34 @@ impl TriangleRuns {
         count: u32,
         t_max: f32,
     ) -> Candidates<L> {
+        self.run::<L>(first, count).candidates(ray, t_max)
+    }
+
+    /// A run in registers.
+    #[inline(always)]
+    pub(crate) fn run<L: Lanes>(&self, first: u32, count: u32) -> Run<L> {
         let n = count as usize;
-        let base = first as usize * WORDS;
-        let run = Run {
-            words: &self.words[base..base + 9 * n + Self::MAX],
-            count: n,
-        };
-        let [x, y, z] = ray.axes;
-        let axis = |axis: usize| (axis, ray.origin[axis]);
-        let axes = [axis(x), axis(y), axis(z)];
-        let a = run.shear::<L>(0, axes, ray.shear);
-        let b = run.shear::<L>(1, axes, ray.shear);
-        let c = run.shear::<L>(2, axes, ray.shear);
-        Candidates::of([a, b, c], L::splat(t_max), (1 << count) - 1)
+        let words = &self.words[first as usize * WORDS..][..9 * n + Self::MAX];
+        Run {
+            rows: [
+                [row(words, 0), row(words, n), row(words, 2 * n)],
+                [row(words, 3 * n), row(words, 4 * n), row(words, 5 * n)],
+                [row(words, 6 * n), row(words, 7 * n), row(words, 8 * n)],
+            ],
+            all: (1 << count) - 1,
+        }
     }
 
     /// The rays of a group that might hit a triangle of a run, a bit for each.
     #[inline(always)]
     pub(crate) fn candidate_rays<L: Lanes>(
         &self,
-        rays: &ShearedRays,
-        first: u32,
-        count: u32,
-        lane: u32,
-        t_max: &[f32; 8],
+        rays: &ShearedRays<L>,
+        place: Place,
     ) -> Candidates<L> {
-        let (count, lane) = (count as usize, lane as usize);
-        let run = &self.words[first as usize * WORDS..][..9 * count];
-        let at = |v: usize, axis: usize| L::splat(run[(3 * v + axis) * count + lane]);
-        let [x, y, z] = rays.axes;
-        let a = rays.shear::<L>(at(0, x), at(0, y), at(0, z));
-        let b = rays.shear::<L>(at(1, x), at(1, y), at(1, z));
-        let c = rays.shear::<L>(at(2, x), at(2, y), at(2, z));
-        Candidates::of([a, b, c], L::load(t_max), 0xff)
+        let [a, b, c] = self.triangle_at(place);
+        let vertices = [rays.shear(a), rays.shear(b), rays.shear(c)];
+        Candidates::of(vertices, rays.t_max, 0xff)
     }
 
     /// Asks for a run's memory.
@@ -110,14 +161,21 @@ impl TriangleRuns {
         if is_clear {
             return Some(hit);
         }
+        ray()
+            .meets_plane(self.triangle(first, count, lane))
+            .then_some(hit)
+    }
+
+    /// The vertices of a triangle of a run.
+    #[inline(always)]
+    pub(crate) fn triangle(&self, first: u32, count: u32, lane: u32) -> [Vec3; 3] {
         let (n, i) = (count as usize, lane as usize);
         let run = &self.words[first as usize * WORDS..][..n * WORDS];
         let vertex = |v: usize| {
             let axis = |axis: usize| run[(3 * v + axis) * n + i];
             Vec3::new(axis(0), axis(1), axis(2))
         };
-        let triangle = [vertex(0), vertex(1), vertex(2)];
-        ray().meets_plane(triangle).then_some(hit)
+        [vertex(0), vertex(1), vertex(2)]
     }
 
     /// The tag of a triangle of a run.
@@ -166,59 +224,38 @@ fn fill(
     }
 }
 
-/// Eight rays with the same longest axis, as [`ShearedRay`] is one.
-#[derive(Clone, Copy, Default)]
-pub(crate) struct ShearedRays {
-    axes: [usize; 3],
-    origin: [[f32; 8]; 3],
-    shear: [[f32; 8]; 3],
+/// Eight rays, side by side.
+pub(crate) struct ShearedRays<L> {
+    origin: [L; 3],
+    shear: [L; 3],
+    longest: L,
+    t_max: L,
 }
 
-impl ShearedRays {
-    /// None if the longest axes differ.
+impl<L: Lanes> ShearedRays<L> {
+    /// With the distances that were set, times a factor.
     #[inline(always)]
-    pub fn new(rays: &[ShearedRay; 8]) -> Option<Self> {
-        let mut group = Self {
-            axes: rays[0].axes,
-            ..Self::default()
-        };
-        for (i, ray) in rays.iter().enumerate() {
-            if ray.axes != group.axes {
-                return None;
-            }
-            for k in 0..3 {
-                group.origin[k][i] = ray.origin[ray.axes[k]];
-                group.shear[k][i] = ray.shear[k];
-            }
-        }
-        Some(group)
-    }
-
-    /// One of the rays.
-    #[inline(always)]
-    pub fn get(&self, i: u32) -> ShearedRay {
-        let i = i as usize % 8;
-        let mut origin = [0.0; 3];
-        for k in 0..3 {
-            origin[self.axes[k]] = self.origin[k][i];
-        }
-        ShearedRay {
-            origin,
-            axes: self.axes,
-            shear: [0, 1, 2].map(|k| self.shear[k][i]),
+    pub fn new(rays: [&ShearedRay; 8], factor: f32) -> Self {
+        let [a, b, c, d, e, f, g, h] = rays;
+        let rows = [&a.0, &b.0, &c.0, &d.0, &e.0, &f.0, &g.0, &h.0];
+        let [ox, oy, oz, sx, sy, sz, longest, t_max] = L::transpose(rows);
+        Self {
+            origin: [ox, oy, oz],
+            shear: [sx, sy, sz],
+            longest,
+            t_max: t_max.mul(L::splat(factor)),
         }
     }
 
     /// A vertex in each ray's coordinates, as by `ShearedRay::shear` operation by operation.
     #[inline(always)]
-    fn shear<L: Lanes>(&self, x: L, y: L, z: L) -> [L; 3] {
-        let along = z.sub(L::load(&self.origin[2]));
+    fn shear(&self, v: Vec3) -> [L; 3] {
+        let [x, y, z] = L::sort_axes(v.to_array(), self.longest);
+        let along = z.sub(self.origin[2]);
         [
-            x.sub(L::load(&self.origin[0]))
-                .sub(L::load(&self.shear[0]).mul(along)),
-            y.sub(L::load(&self.origin[1]))
-                .sub(L::load(&self.shear[1]).mul(along)),
-            L::load(&self.shear[2]).mul(along),
+            x.sub(self.origin[0]).sub(self.shear[0].mul(along)),
+            y.sub(self.origin[1]).sub(self.shear[1].mul(along)),
+            self.shear[2].mul(along),
         ]
     }
 }
@@ -269,42 +306,51 @@ impl Apart {
     fn hit(&self, lane: u32, t_max: f32) -> Option<(TriangleHit, bool)> {
         let i = lane as usize % TriangleRuns::MAX;
         let [a, b, c] = &self.0;
-        exact(
+        Exact::new(
             [a[0][i], a[1][i], a[2][i]],
             [b[0][i], b[1][i], b[2][i]],
             [c[0][i], c[1][i], c[2][i]],
             t_max,
         )
+        .hit()
     }
 }
 
-/// A run's words, and what is read with it.
-struct Run<'a> {
-    words: &'a [f32],
-    count: usize,
+/// Up to eight triangles: by vertex, coordinates.
+pub(crate) struct Run<L> {
+    rows: [[L; 3]; 3],
+    /// A bit for each.
+    all: u32,
 }
 
-impl Run<'_> {
-    /// One coordinate of one vertex of all triangles.
+impl<L: Lanes> Run<L> {
+    /// See [`TriangleRuns::candidates`].
     #[inline(always)]
-    fn row<L: Lanes>(&self, vertex: usize, axis: usize) -> L {
-        match self.words[(3 * vertex + axis) * self.count..].first_chunk() {
-            Some(row) => L::load(row),
-            None => L::splat(0.0),
-        }
+    pub fn candidates(&self, ray: &ShearedRay, t_max: f32) -> Candidates<L> {
+        let [a, b, c] = [self.shear(0, ray), self.shear(1, ray), self.shear(2, ray)];
+        Candidates::of([a, b, c], L::splat(t_max), self.all)
     }
 
     /// One vertex of all triangles, as by `ShearedRay::shear` operation by operation.
     #[inline(always)]
-    fn shear<L: Lanes>(&self, v: usize, axes: [(usize, f32); 3], shear: [f32; 3]) -> [L; 3] {
-        let [(x, ox), (y, oy), (z, oz)] = axes;
-        let along = self.row::<L>(v, z).sub(L::splat(oz));
-        let (sx, sy, sz) = (L::splat(shear[0]), L::splat(shear[1]), L::splat(shear[2]));
+    fn shear(&self, v: usize, ray: &ShearedRay) -> [L; 3] {
+        let ([x, y, z], rows) = (ray.axes(), &self.rows[v]);
+        let ([ox, oy, oz], [sx, sy, sz]) = (ray.origin(), ray.shears());
+        let along = rows[z].sub(L::splat(oz));
         [
-            self.row::<L>(v, x).sub(L::splat(ox)).sub(sx.mul(along)),
-            self.row::<L>(v, y).sub(L::splat(oy)).sub(sy.mul(along)),
-            sz.mul(along),
+            rows[x].sub(L::splat(ox)).sub(L::splat(sx).mul(along)),
+            rows[y].sub(L::splat(oy)).sub(L::splat(sy).mul(along)),
+            L::splat(sz).mul(along),
         ]
+    }
+}
+
+/// Eight words in a row.
+#[inline(always)]
+fn row<L: Lanes>(words: &[f32], at: usize) -> L {
+    match words[at..].first_chunk() {
+        Some(row) => L::load(row),
+        None => L::splat(0.0),
     }
 }
 

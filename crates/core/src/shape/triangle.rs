@@ -6,19 +6,22 @@
 //! a·b−c·d into a fused operation by itself, which would break that.) Edge functions of 0 are decided, and
 //! those of hits refined, in f64, where the products are exact.
 
-use glam::{DVec3, Vec3};
+use glam::{BVec4A, DVec3, Vec3, Vec4, Vec4Swizzles};
 
 use crate::math::Ray;
 use crate::planted::{self, Bug};
 
 /// A ray in the form the triangle test wants: computed once per ray.
-#[derive(Clone, Copy, Debug)]
-pub struct ShearedRay {
-    pub(super) origin: [f32; 3],
-    /// The axes in the order x', y', z', with z' the longest of the direction.
-    pub(super) axes: [usize; 3],
-    pub(super) shear: [f32; 3],
-}
+///
+/// Eight numbers, as they are read by the row: the origin and the shear in the order of the axes,
+/// the longest axis of the direction as an integer, and a place for the distance up to which a
+/// hit counts.
+#[derive(Clone, Copy, Debug, Default)]
+#[repr(align(32))]
+pub struct ShearedRay(pub(super) [f32; 8]);
+
+/// The axes in the order x', y', z', with z' a certain one.
+pub(super) const AXES: [[usize; 3]; 4] = [[1, 2, 0], [2, 0, 1], [0, 1, 2], [0, 1, 2]];
 
 /// Where a ray meets a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,30 +39,56 @@ pub(crate) type Sheared = [f32; 3];
 
 impl ShearedRay {
     /// Prepares a ray; its `t_max` is not used.
+    #[inline(always)]
     pub fn new(ray: &Ray) -> Self {
-        let d = ray.dir.to_array();
+        let (d, o) = (ray.dir.extend(0.0), ray.origin.extend(0.0));
         let a = ray.dir.abs();
         // Chosen without a branch, which no one could foresee.
-        let xy = usize::from(a.y > a.x);
-        let z = if a.z > a.x.max(a.y) { 2 } else { xy };
-        let (x, y) = ([1, 2, 0][z], [2, 0, 1][z]);
-        Self {
-            origin: ray.origin.to_array(),
-            axes: [x, y, z],
-            shear: [d[x] / d[z], d[y] / d[z], 1.0 / d[z]],
-        }
+        let is_z = a.z > if a.y > a.x { a.y } else { a.x };
+        let is_y = (a.y > a.x) & !is_z;
+        let longest = if is_z { 2 } else { u32::from(is_y) };
+        let (is_z, is_y) = (BVec4A::splat(is_z), BVec4A::splat(is_y));
+        let sorted = |v: Vec4| Vec4::select(is_z, v, Vec4::select(is_y, v.zxyw(), v.yzxw()));
+        let (d, o) = (sorted(d), sorted(o));
+        let shear = Vec4::new(d.x, d.y, 1.0, 1.0) / d.z;
+        let [[ox, oy, oz, _], [sx, sy, sz, _]] = [o.to_array(), shear.to_array()];
+        Self([ox, oy, oz, sx, sy, sz, f32::from_bits(longest), ray.t_max])
+    }
+
+    /// In the order of the axes.
+    #[inline(always)]
+    pub(super) fn origin(&self) -> [f32; 3] {
+        [self.0[0], self.0[1], self.0[2]]
+    }
+
+    /// In the order of the axes.
+    #[inline(always)]
+    pub(super) fn shears(&self) -> [f32; 3] {
+        [self.0[3], self.0[4], self.0[5]]
+    }
+
+    /// Sets the distance up to which a hit counts in groups of rays.
+    #[inline(always)]
+    pub(crate) fn set_t_max(&mut self, t_max: f32) {
+        self.0[7] = t_max;
+    }
+
+    /// The axes in the order x', y', z', with z' the longest of the direction.
+    #[inline(always)]
+    pub(super) fn axes(&self) -> [usize; 3] {
+        AXES[self.0[6].to_bits() as usize & 3]
     }
 
     /// A vertex in the ray's coordinates.
     #[inline(always)]
     fn shear(&self, v: Vec3) -> Sheared {
-        let (v, o) = (v.to_array(), self.origin);
-        let [x, y, z] = self.axes;
-        let along = v[z] - o[z];
+        let (v, o, shear) = (v.to_array(), self.origin(), self.shears());
+        let [x, y, z] = self.axes();
+        let along = v[z] - o[2];
         [
-            (v[x] - o[x]) - self.shear[0] * along,
-            (v[y] - o[y]) - self.shear[1] * along,
-            self.shear[2] * along,
+            (v[x] - o[0]) - shear[0] * along,
+            (v[y] - o[1]) - shear[1] * along,
+            shear[2] * along,
         ]
     }
 
@@ -77,14 +106,13 @@ impl ShearedRay {
     /// has lost digits because its edges are long and all but parallel.
     #[inline(always)]
     pub(super) fn meets_plane(&self, [a, b, c]: [Vec3; 3]) -> bool {
-        let [x, y, z] = self.axes;
-        let permuted = |v: [f32; 3]| DVec3::new(v[x].into(), v[y].into(), v[z].into());
-        let (a, b, c) = (
-            permuted(a.to_array()),
-            permuted(b.to_array()),
-            permuted(c.to_array()),
-        );
-        let o = permuted(self.origin);
+        let [x, y, z] = self.axes();
+        let sorted = |v: Vec3| DVec3::new(v[x].into(), v[y].into(), v[z].into());
+        let (a, b, c) = (sorted(a), sorted(b), sorted(c));
+        let o = DVec3::from_array(self.origin().map(f64::from));
+        if is_surely_ahead([a, b, c].map(|v| v.to_array()), o.to_array(), self.shears()) {
+            return true;
+        }
         let away = |v: DVec3| (v - o).length_squared();
         let (a, b, c) = match (away(a), away(b), away(c)) {
             (x, y, z) if y < x && y <= z => (b, c, a),
@@ -93,10 +121,35 @@ impl ShearedRay {
         };
         let n = exact_cross(b - a, c - a);
         // The direction, but for its length.
-        let [sx, sy, sz] = self.shear;
+        let [sx, sy, sz] = self.shears();
         let d = DVec3::new(sx.into(), sy.into(), 1.0);
         n.dot(a - o) * n.dot(d) * f64::from(sz) > 0.0
     }
+}
+
+/// Whether the plane of a triangle lies ahead of a ray, if that is plain in f64 without any care; all in
+/// the order of the ray's axes. Ten bits more than rounding takes are asked for, so that
+/// [`ShearedRay::meets_plane`] would say the same with any vertex.
+#[inline(always)]
+pub(super) fn is_surely_ahead([a, b, c]: [[f64; 3]; 3], o: [f64; 3], shear: [f32; 3]) -> bool {
+    let [sx, sy, sz] = shear.map(f64::from);
+    let (p, q) = (
+        [b[0] - a[0], b[1] - a[1], b[2] - a[2]],
+        [c[0] - a[0], c[1] - a[1], c[2] - a[2]],
+    );
+    let r = [a[0] - o[0], a[1] - o[1], a[2] - o[2]];
+    let n = [
+        p[1] * q[2] - p[2] * q[1],
+        p[2] * q[0] - p[0] * q[2],
+        p[0] * q[1] - p[1] * q[0],
+    ];
+    let height = n[0] * r[0] + n[1] * r[1] + n[2] * r[2];
+    let slope = n[0] * sx + n[1] * sy + n[2];
+    let size = |v: [f64; 3]| v[0].abs() + v[1].abs() + v[2].abs();
+    let error = size(p) * size(q) * (1.0 / (1u64 << 43) as f64);
+    (height.abs() > error * size(r))
+        & (slope.abs() > error * (sx.abs() + sy.abs() + 1.0))
+        & (height * slope * sz > 0.0)
 }
 
 /// a × b, each component to its last digits however alike its products are (Kahan's difference of
@@ -141,36 +194,47 @@ fn sheared_triangle(a: Sheared, b: Sheared, c: Sheared, t_max: f32) -> Option<(T
     if disagree(edge(b, c), edge(c, a), edge(a, b)) {
         return None;
     }
-    exact(a, b, c, t_max)
+    Exact::new(a, b, c, t_max).hit()
 }
 
-/// The test of what the rounded edge functions did not rule out: the hit, and whether it is so clear
-/// that [`ShearedRay::meets_plane`] need not be asked.
-#[inline(always)]
-pub(super) fn exact(a: Sheared, b: Sheared, c: Sheared, t_max: f32) -> Option<(TriangleHit, bool)> {
-    // What may be a hit is computed in f64: exact products decide the zeros, t stays within a few
-    // ulp however thin the triangle, and products of minute lengths do not underflow.
-    let (u, v, w) = (edge_f64(b, c), edge_f64(c, a), edge_f64(a, b));
-    if disagree(u, v, w) || planted::has(Bug::StrictEdges) && u * v * w == 0.0 {
-        return None;
+/// The test of what the rounded edge functions did not rule out.
+#[derive(Clone, Copy)]
+pub(super) struct Exact {
+    /// The hit, if it is one: else its `t` is 0.
+    pub hit: TriangleHit,
+    /// Whether it is so clear that [`ShearedRay::meets_plane`] need not be asked.
+    pub is_clear: bool,
+}
+
+impl Exact {
+    /// Without a branch, for many at once.
+    #[inline(always)]
+    pub fn new(a: Sheared, b: Sheared, c: Sheared, t_max: f32) -> Self {
+        // What may be a hit is computed in f64: exact products decide the zeros, t stays within a few
+        // ulp however thin the triangle, and products of minute lengths do not underflow.
+        let (u, v, w) = (edge_f64(b, c), edge_f64(c, a), edge_f64(a, b));
+        let is_open = planted::has(Bug::StrictEdges) && u * v * w == 0.0;
+        // The weights have one sign, so t is an average of the three depths: it cannot leave their
+        // range, however thin the triangle. It is NaN, and no hit, where all of them are 0.
+        let det = u + v + w;
+        let [za, zb, zc] = [a[2], b[2], c[2]].map(f64::from);
+        let t = ((u * za + v * zb + w * zc) / det) as f32;
+        let is_hit = !disagree(u, v, w) & !is_open & (t > 0.0) & (t <= t_max) & (det != 0.0);
+        Self {
+            hit: TriangleHit {
+                t: if is_hit { t } else { 0.0 },
+                b1: (v / det) as f32,
+                b2: (w / det) as f32,
+            },
+            is_clear: is_clear([a, b, c], det as f32),
+        }
     }
-    let det = u + v + w;
-    if det == 0.0 {
-        return None;
+
+    /// What it found.
+    #[inline(always)]
+    pub fn hit(self) -> Option<(TriangleHit, bool)> {
+        (self.hit.t > 0.0).then_some((self.hit, self.is_clear))
     }
-    // The weights have one sign, so t is an average of the three depths: it cannot leave their
-    // range, however thin the triangle.
-    let [za, zb, zc] = [a[2], b[2], c[2]].map(f64::from);
-    let t = ((u * za + v * zb + w * zc) / det) as f32;
-    if !(t > 0.0 && t <= t_max) {
-        return None;
-    }
-    let hit = TriangleHit {
-        t,
-        b1: (v / det) as f32,
-        b2: (w / det) as f32,
-    };
-    Some((hit, is_clear([a, b, c], det as f32)))
 }
 
 /// Whether a triangle with some `det` is met ahead of the ray whatever rounding has done to its

@@ -131,6 +131,9 @@ fn has_avx512() -> bool {
 
 /// Eight f32. Comparisons give a bit for each lane, lane 0 in bit 0.
 pub(crate) trait Lanes: Copy {
+    /// Whether eight rays against one box are as fast as one ray against eight boxes, so that
+    /// casting many rays together pays (measured: docs/ray-casting.md).
+    const MANY: bool;
     /// The same value in every lane.
     fn splat(x: f32) -> Self;
     /// Eight numbers in a row.
@@ -163,9 +166,35 @@ pub(crate) trait Lanes: Copy {
         t: &mut [f32; 8],
         sorted: &mut [u32; 8],
     ) -> usize;
+    /// Of eight numbers of 16 bits, the first in the lowest bits: moves those whose bit in a mask
+    /// is set to the front. What follows them means nothing.
+    fn compress(from: u128, mask: usize, to: &mut [u16; 8]);
+    /// Eight rows as eight columns.
+    fn transpose(rows: [&[f32; 8]; 8]) -> [Self; 8];
+    /// The coordinates of a point, in each lane rotated so that the axis whose number, as an
+    /// integer, is in `last` comes last.
+    fn sort_axes(point: [f32; 3], last: Self) -> [Self; 3];
     /// Asks for what will soon be read.
     fn prefetch<T>(what: &T);
 }
+
+/// For each mask of eight, the bits that are set, the lowest first.
+pub(crate) const SET_BITS: [[u16; 8]; 256] = {
+    let mut table = [[0; 8]; 256];
+    let mut mask = 0;
+    while mask < 256 {
+        let (mut bit, mut count) = (0, 0);
+        while bit < 8 {
+            if mask >> bit & 1 == 1 {
+                table[mask][count] = bit;
+                count += 1;
+            }
+            bit += 1;
+        }
+        mask += 1;
+    }
+    table
+};
 
 #[cfg(test)]
 mod test {
@@ -210,6 +239,31 @@ mod test {
             }
             assert!(t[..count].is_sorted_by(|a, b| a >= b), "{t:?}");
             assert_eq!((links[0], links[1], links[4], links[5]), (15, 17, 14, 11));
+            let items = [7, 65535, 3, 0, 9, 8, 4095, 1];
+            let row = (0..8)
+                .rev()
+                .fold(0, |row, i| row << 16 | u128::from(items[i]));
+            for mask in 0..256 {
+                let mut got = [0; 8];
+                L::compress(row, mask, &mut got);
+                let want = (0..8).filter(|&i| mask >> i & 1 == 1).map(|i| items[i]);
+                assert!(
+                    want.eq(got[..mask.count_ones() as usize].iter().copied()),
+                    "{mask}"
+                );
+            }
+            let rows: [[f32; 8]; 8] =
+                std::array::from_fn(|i| std::array::from_fn(|j| (8 * i + j) as f32));
+            let columns = L::transpose(rows.each_ref());
+            for (j, column) in columns.iter().enumerate() {
+                assert_eq!(column.store(), std::array::from_fn(|i| rows[i][j]));
+            }
+            let last: [u32; 8] = [0, 1, 2, 2, 1, 0, 0, 2];
+            let sorted = L::sort_axes([10.0, 11.0, 12.0], L::load(&last.map(f32::from_bits)));
+            for (k, sorted) in sorted.iter().enumerate() {
+                let want = last.map(|z| 10.0 + ((z as usize + 1 + k) % 3) as f32);
+                assert_eq!(sorted.store(), want);
+            }
             let sum = L::splat(3.0).mul_add(L::splat(5.0), L::splat(-1.0));
             assert_eq!(sum.store(), [14.0; 8]);
         }

@@ -28,6 +28,8 @@ impl Portable {
 }
 
 impl Lanes for Portable {
+    const MANY: bool = false;
+
     #[inline(always)]
     fn splat(x: f32) -> Self {
         Self([x; 8])
@@ -103,6 +105,38 @@ impl Lanes for Portable {
             count += 1;
         }
         count
+    }
+
+    #[inline(always)]
+    fn compress(from: u128, mask: usize, to: &mut [u16; 8]) {
+        let mut count = 0;
+        for i in 0..8 {
+            to[count & 7] = (from >> (16 * i)) as u16;
+            count += mask >> i & 1;
+        }
+    }
+
+    #[inline(always)]
+    fn transpose(rows: [&[f32; 8]; 8]) -> [Self; 8] {
+        let mut columns = [Self([0.0; 8]); 8];
+        for (i, row) in rows.iter().enumerate() {
+            for (column, &x) in columns.iter_mut().zip(*row) {
+                column.0[i] = x;
+            }
+        }
+        columns
+    }
+
+    #[inline(always)]
+    fn sort_axes(point: [f32; 3], last: Self) -> [Self; 3] {
+        let mut sorted = [Self([0.0; 8]); 3];
+        for i in 0..8 {
+            let z = last.0[i].to_bits() as usize;
+            for k in 0..3 {
+                sorted[k].0[i] = point[(z + 1 + k) % 3];
+            }
+        }
+        sorted
     }
 
     #[inline(always)]

@@ -70,7 +70,7 @@ struct Memory {
 
 /// Counts what is in a scene; returns the report. The error is one line.
 pub fn run(args: &InfoArgs) -> Result<String, String> {
-    let opened = open(&args.scene, |_| Ok(()), &|_| ())?;
+    let opened = open(&args.scene, |_| Ok(()), &lightbox_core::scene::unwatched)?;
     print_warnings(&opened.scene);
     let report = report(&opened)?;
     if args.json {

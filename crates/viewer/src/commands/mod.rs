@@ -18,7 +18,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use lightbox_core::color::ToneMap;
 use lightbox_core::film::InvalidSample;
-use lightbox_core::scene::{BUILTIN, BUILTIN_LAB, Phase};
+use lightbox_core::scene::{BUILTIN, BUILTIN_LAB, Watcher};
 use lightbox_core::{Scene, SceneDesc, suggest};
 use serde::Serialize;
 
@@ -108,7 +108,7 @@ struct Opened {
 fn open(
     given: &Path,
     edit: impl FnOnce(&mut SceneDesc) -> Result<(), String>,
-    progress: &dyn Fn(Phase),
+    watcher: Watcher<'_>,
 ) -> Result<Opened, String> {
     let path = scene_path(given)?;
     let opening = Opening::start();
@@ -117,7 +117,7 @@ fn open(
     edit(&mut desc)?;
     let observe = |phase| {
         opening.observe(phase);
-        progress(phase);
+        watcher(phase)
     };
     let scene = source
         .build_edited(desc, &observe)

@@ -142,7 +142,7 @@ impl Plan {
                 render.depth = args.depth.unwrap_or(render.depth);
                 render.problem().map_or(Ok(()), Err)
             },
-            &|_| (),
+            &lightbox_core::scene::unwatched,
         )?;
         let scene = opened.scene;
         print_warnings(&scene);

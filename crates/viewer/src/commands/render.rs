@@ -1,6 +1,7 @@
 //! `lightbox render`: from a scene to a file.
 
 use std::borrow::Cow;
+use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -108,11 +109,13 @@ fn render(args: &RenderArgs) -> Result<Outcome, String> {
     let announce = |phase| {
         bar.set_message(match phase {
             Phase::Reading => "reading".to_owned(),
-            Phase::BuildingAccelerator(n) => {
-                format!("building the accelerator over {n} primitives")
-            }
+            Phase::BuildingAccelerator {
+                primitives,
+                percent,
+            } => format!("building the accelerator over {primitives} primitives, {percent} %"),
             Phase::Ready => String::new(),
         });
+        ControlFlow::Continue(())
     };
     let Opened {
         scene,

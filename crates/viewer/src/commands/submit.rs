@@ -67,7 +67,7 @@ impl Jobs {
             .and_then(|path| absolute(&path))?;
         // All of it is built, so that no node meets what could have been told here.
         let edit = |desc: &mut SceneDesc| args.settings.apply(args.spp, desc);
-        let opened = open(&scene, edit, &|_| {})?;
+        let opened = open(&scene, edit, &lightbox_core::scene::unwatched)?;
         print_warnings(&opened.scene);
         let samples = opened.scene.desc().render.samples;
         let slices = args.slices;

@@ -136,9 +136,12 @@ impl Banners {
 fn phase_text(phase: Phase) -> String {
     match phase {
         Phase::Reading => "reading".into(),
-        Phase::BuildingAccelerator(n) => format!(
-            "building the accelerator, {}",
-            counted(n as u64, "primitive")
+        Phase::BuildingAccelerator {
+            primitives,
+            percent,
+        } => format!(
+            "building the accelerator, {}, {percent} %",
+            counted(primitives as u64, "primitive")
         ),
         Phase::Ready => "ready".into(),
     }

@@ -172,7 +172,7 @@ mod tests {
 
     fn contest(size: u32) -> Contest {
         let source = scene::load("builtin:cornell-box.toml".as_ref()).unwrap();
-        let scene = Arc::new(source.build(&|_| ()).unwrap());
+        let scene = Arc::new(source.build(&scene::unwatched).unwrap());
         let desc = scene.desc();
         let mut settings = desc.render;
         (settings.width, settings.height) = (size, size);

@@ -1,9 +1,10 @@
 //! Work on threads of their own: reading files, building accelerators.
 
+use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
-use lightbox_core::scene::Phase;
+use lightbox_core::scene::{Phase, Watcher};
 
 use super::{Inbox, Outbox, Shared, lock};
 
@@ -25,7 +26,7 @@ impl Shared {
         self: &Arc<Self>,
         slot: fn(&mut Outbox) -> &mut Option<Loading>,
         label: String,
-        work: impl FnOnce(&dyn Fn(Phase)) -> Result<T, String> + Send + 'static,
+        work: impl FnOnce(Watcher<'_>) -> Result<T, String> + Send + 'static,
         deliver: fn(&mut Inbox, u64, Result<T, String>),
     ) -> u64 {
         let number = {
@@ -43,11 +44,13 @@ impl Shared {
         let run = move || {
             let progress = |phase| {
                 let mut outbox = lock(&shared.outbox);
-                if let Some(loading) = slot(&mut outbox).as_mut().filter(|l| l.number == number) {
-                    loading.phase = phase;
-                    drop(outbox);
-                    (shared.wake)();
+                match slot(&mut outbox).as_mut().filter(|l| l.number == number) {
+                    Some(loading) => loading.phase = phase,
+                    None => return ControlFlow::Break(()),
                 }
+                drop(outbox);
+                (shared.wake)();
+                ControlFlow::Continue(())
             };
             // A panic must not leave the window waiting for ever.
             let result = catch_unwind(AssertUnwindSafe(|| work(&progress))).unwrap_or_else(|_| {

@@ -367,7 +367,7 @@ impl Engine<'_> {
             == (&scene.desc().materials, scene.desc().background)
             && desc.same_assignments(scene.desc());
         if !same_surfaces {
-            match scene.edit((*desc).clone(), &|_| ()) {
+            match scene.edit((*desc).clone(), &lightbox_core::scene::unwatched) {
                 Ok(edited) => scene = Arc::new(edited),
                 Err(e) => return self.shared.notify(e.to_string(), true),
             }
@@ -400,9 +400,9 @@ impl Engine<'_> {
         let number = self.shared.start(
             |outbox| &mut outbox.rebuilding,
             scene.path().display().to_string(),
-            move |progress| {
+            move |watcher| {
                 scene
-                    .edit((*edited).clone(), progress)
+                    .edit((*edited).clone(), watcher)
                     .map_err(|e| e.to_string())
             },
             |inbox, number, scene| inbox.rebuilt = Some((number, scene)),

@@ -227,12 +227,12 @@ impl Session {
         self.shared.start(
             |outbox| &mut outbox.opening,
             path.display().to_string(),
-            move |progress| {
+            move |watcher| {
                 let opening = Opening::start();
                 let (source, tone) = saved::load(&path)?;
                 let observe = |phase| {
                     opening.observe(phase);
-                    progress(phase);
+                    watcher(phase)
                 };
                 let scene = source.build(&observe).map_err(|e| e.to_string())?;
                 let scene = Arc::new(scene);

@@ -45,7 +45,8 @@ fn a_saved_picture_can_be_made_again() {
         let (source, tone) = saved::load(&path).expect("the scene in it");
         assert_eq!(tone, Some(ToneMap::default()));
         assert_eq!(source.desc.materials, desc.materials);
-        let view = View::of(Arc::new(source.build(&|_| ()).expect("a scene"))).expect("a view");
+        let view =
+            View::of(Arc::new(source.build(&scene::unwatched).expect("a scene"))).expect("a view");
         let film = view.film();
         view.render(&film, source.desc.render.samples, &AtomicBool::new(false));
         assert!(film.develop() == saved, "picture {i} comes back otherwise");

@@ -245,7 +245,7 @@ fn tone(draw: &mut Draw) -> ToneMap {
 
 fn headless(desc: &SceneDesc, path: &Path) -> Image {
     let scene = Source::from_desc(desc.clone(), path)
-        .build(&|_| ())
+        .build(&lightbox_core::scene::unwatched)
         .unwrap_or_else(|e| panic!("{e}"));
     let view = View::of(scene.into()).unwrap_or_else(|e| panic!("{e}"));
     let film = view.film();

@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use super::node::{Link, MAX_PRIMITIVES, Node, WIDTH};
 use super::split::{Box4, Ref, Split};
 use super::{Bvh, MAX_DEPTH, MAX_LEAF};
+use crate::accel::progress::{Progress, Task};
 use crate::math::Aabb;
 
 /// Subtrees of at most so many primitives are built by one thread.
@@ -41,6 +42,15 @@ impl Bvh {
     /// # Panics
     /// With 2²⁸ primitives or more.
     pub fn build(count: usize, bounds: impl Fn(u32) -> Aabb + Sync) -> Built {
+        Self::build_watched(count, bounds, &Progress::unwatched())
+    }
+
+    /// [`Self::build`] whose progress is watched; if it is ended before time, the tree means nothing.
+    pub fn build_watched(
+        count: usize,
+        bounds: impl Fn(u32) -> Aabb + Sync,
+        progress: &Progress<'_>,
+    ) -> Built {
         assert!(
             count < MAX_PRIMITIVES,
             "bvh: {count} primitives are too many"
@@ -56,7 +66,12 @@ impl Bvh {
         let mut subtree = Subtree::default();
         if !whole.refs.is_empty() {
             subtree.nodes.push(Node::EMPTY);
-            subtree.nodes[0] = grow(whole, 0, center, &mut subtree);
+            let builder = Builder {
+                center,
+                progress,
+                task: Task::new(whole.refs.len(), SERIAL),
+            };
+            subtree.nodes[0] = builder.grow(whole, 0, &mut subtree);
         }
         subtree.nodes.shrink_to_fit();
         Built {
@@ -142,71 +157,86 @@ impl<'a> Part<'a> {
     }
 }
 
-/// Makes a node of a part and appends all below it to `out`.
-fn grow(part: Part<'_>, depth: usize, center: Vec3, out: &mut Subtree) -> Node {
-    let halve = depth >= HALVE_FROM;
-    let mut parts = [const { None }; WIDTH];
-    parts[0] = Some(part);
-    let mut count = 1;
-    while count < WIDTH {
-        // The largest; of equals the one with the most in it.
-        let mut largest: Option<((f32, usize), usize)> = None;
-        for (i, part) in parts.iter().flatten().enumerate() {
-            let area = if halve { 0.0 } else { part.half_area };
-            let size = (area, part.refs.len());
-            if part.divides && largest.is_none_or(|(s, _)| size > s) {
-                largest = Some((size, i));
+/// What every part of the build needs to know.
+struct Builder<'a> {
+    center: Vec3,
+    progress: &'a Progress<'a>,
+    task: Task,
+}
+
+impl Builder<'_> {
+    /// Makes a node of a part and appends all below it to `out`.
+    fn grow(&self, part: Part<'_>, depth: usize, out: &mut Subtree) -> Node {
+        let halve = depth >= HALVE_FROM;
+        let mut parts = [const { None }; WIDTH];
+        parts[0] = Some(part);
+        let mut count = 1;
+        while count < WIDTH {
+            // The largest; of equals the one with the most in it.
+            let mut largest: Option<((f32, usize), usize)> = None;
+            for (i, part) in parts.iter().flatten().enumerate() {
+                let area = if halve { 0.0 } else { part.half_area };
+                let size = (area, part.refs.len());
+                if part.divides && largest.is_none_or(|(s, _)| size > s) {
+                    largest = Some((size, i));
+                }
             }
+            let Some((i, part)) = largest.and_then(|(_, i)| Some((i, parts[i].take()?))) else {
+                break;
+            };
+            if part.refs.len() > SERIAL && !self.progress.pass(self.task, part.refs.len()) {
+                return Node::EMPTY;
+            }
+            let [below, above] = part.divide(halve);
+            (parts[i], parts[count]) = (Some(below), Some(above));
+            count += 1;
         }
-        let Some((i, part)) = largest.and_then(|(_, i)| Some((i, parts[i].take()?))) else {
-            break;
-        };
-        let [below, above] = part.divide(halve);
-        (parts[i], parts[count]) = (Some(below), Some(above));
-        count += 1;
-    }
-    let mut boxes = [Aabb::EMPTY; WIDTH];
-    for (to, part) in boxes.iter_mut().zip(parts.iter().flatten()) {
-        *to = part.bounds.aabb();
-    }
-    let mut node = Node::new(&boxes[..count], center);
-    // Leaves of a node lie together, and so do its inner children.
-    let first = out.nodes.len();
-    let (mut inner, mut below) = (0, 0);
-    for (i, slot) in parts.iter_mut().enumerate().take(count) {
-        let Some(part) = slot else {
-            continue;
-        };
-        if part.refs.len() > MAX_LEAF {
-            node.children[i] = (first + inner) as u32;
-            inner += 1;
-            below += part.refs.len();
-            continue;
+        let mut boxes = [Aabb::EMPTY; WIDTH];
+        for (to, part) in boxes.iter_mut().zip(parts.iter().flatten()) {
+            *to = part.bounds.aabb();
         }
-        node.children[i] = Link::to_leaf(out.order.len(), part.refs.len()).0;
-        out.order.extend(part.refs.iter().map(Ref::id));
-        out.runs.push(part.refs.len() as u8);
-        *slot = None;
-    }
-    out.nodes.resize(first + inner, Node::EMPTY);
-    let inner = parts.into_iter().flatten();
-    if below <= SERIAL {
-        for (i, part) in inner.enumerate() {
-            out.nodes[first + i] = grow(part, depth + 1, center, out);
+        let mut node = Node::new(&boxes[..count], self.center);
+        // Leaves of a node lie together, and so do its inner children.
+        let first = out.nodes.len();
+        let (mut inner, mut below) = (0, 0);
+        for (i, slot) in parts.iter_mut().enumerate().take(count) {
+            let Some(part) = slot else {
+                continue;
+            };
+            if part.refs.len() > MAX_LEAF {
+                node.children[i] = (first + inner) as u32;
+                inner += 1;
+                below += part.refs.len();
+                continue;
+            }
+            node.children[i] = Link::to_leaf(out.order.len(), part.refs.len()).0;
+            out.order.extend(part.refs.iter().map(Ref::id));
+            out.runs.push(part.refs.len() as u8);
+            *slot = None;
         }
-        return node;
+        out.nodes.resize(first + inner, Node::EMPTY);
+        let inner = parts.into_iter().flatten();
+        if below <= SERIAL {
+            for (i, part) in inner.enumerate() {
+                out.nodes[first + i] = self.grow(part, depth + 1, out);
+            }
+            return node;
+        }
+        let inner: Vec<Part<'_>> = inner.collect();
+        let subtrees: Vec<(Node, Subtree)> = inner
+            .into_par_iter()
+            .map(|part| {
+                let mut below = Subtree::default();
+                if part.refs.len() <= SERIAL && !self.progress.pass(self.task, part.refs.len()) {
+                    return (Node::EMPTY, below);
+                }
+                (self.grow(part, depth + 1, &mut below), below)
+            })
+            .collect();
+        for (i, (root, below)) in subtrees.into_iter().enumerate() {
+            let by = out.append(below);
+            out.nodes[first + i] = root.moved(by.0, by.1);
+        }
+        node
     }
-    let inner: Vec<Part<'_>> = inner.collect();
-    let subtrees: Vec<(Node, Subtree)> = inner
-        .into_par_iter()
-        .map(|part| {
-            let mut below = Subtree::default();
-            (grow(part, depth + 1, center, &mut below), below)
-        })
-        .collect();
-    for (i, (root, below)) in subtrees.into_iter().enumerate() {
-        let by = out.append(below);
-        out.nodes[first + i] = root.moved(by.0, by.1);
-    }
-    node
 }

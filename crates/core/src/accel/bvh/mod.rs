@@ -4,9 +4,10 @@
 
 mod build;
 mod node;
-mod packet;
+mod slopes;
 mod split;
 mod stream;
+mod turns;
 mod walk;
 
 #[cfg(test)]
@@ -20,8 +21,8 @@ use node::{Link, Node, WIDTH};
 
 pub use build::Built;
 pub(crate) use node::MAX_PRIMITIVES;
-pub(crate) use packet::Packet;
-pub(crate) use stream::{SLOTS, Stream};
+pub(crate) use slopes::{Along, OCTANTS, Octant};
+pub(crate) use stream::{Lists, Stream, in_a_row};
 pub(crate) use walk::Leaves;
 
 /// Greatest number of inner nodes on a path from the root.

@@ -2,11 +2,9 @@
 
 use std::mem::MaybeUninit;
 
-use glam::Vec3;
-
 use super::node::{Link, Node, WIDTH};
+use super::slopes::{Planes, Slopes};
 use super::{Bvh, MAX_DEPTH};
-use crate::accel::Beam;
 use crate::math::Ray;
 use crate::simd::Lanes;
 
@@ -75,30 +73,19 @@ impl Bvh {
     /// origin or direction, no direction, or without `t_max > 0` visits nothing.
     #[inline(always)]
     pub(crate) fn walk<L: Lanes>(&self, ray: &Ray, leaves: &mut impl Leaves) {
-        let Some(beam) = Beam::new(ray, &self.bounds) else {
-            return;
-        };
-        if self.nodes.is_empty() {
+        let (along, octant, is_met) = self.along(ray);
+        if !is_met || self.nodes.is_empty() {
             return;
         }
-        self.walk_along::<L>(&Slopes::new(&beam, self.center), ray.t_max, leaves);
-    }
-
-    /// Visits the leaves that `rays` meet, one ray or several. There must be a node.
-    #[inline(always)]
-    pub(super) fn walk_along<L: Lanes>(
-        &self,
-        rays: &impl Meet,
-        mut t_max: f32,
-        leaves: &mut impl Leaves,
-    ) {
+        let (slopes, mut t_max) = (Slopes::<L>::one(&along), ray.t_max);
+        let mut link = Link::ROOT;
         let mut stack = [const { MaybeUninit::<Entry>::uninit() }; STACK];
         let mut height = 0;
-        let mut link = Link::ROOT;
         loop {
             if let Some(index) = link.inner() {
                 let node = self.node(index);
-                let (enter, exit) = rays.meet::<L>(node, t_max);
+                let planes = Planes::of_children(node, octant);
+                let (enter, exit) = slopes.meet(&planes, L::splat(t_max));
                 let (mut mask, t) = (enter.le(exit), enter.store());
                 if mask != 0 {
                     let nearest = node.take(&mut mask, &t);
@@ -149,56 +136,6 @@ impl Bvh {
                 }
             }
         }
-    }
-}
-
-/// What meets boxes.
-pub(super) trait Meet {
-    /// Where each child's box is entered, but not before the start, and where it is left, but not
-    /// after `t_max`; a box is met unless it is entered after it is left.
-    fn meet<L: Lanes>(&self, node: &Node, t_max: f32) -> (L, L);
-}
-
-/// A ray against boxes relative to the tree's centre: on each axis they are met at
-/// plane · inv_dir + start, widened.
-#[derive(Clone, Copy, Default)]
-pub(super) struct Slopes {
-    inv_dir: [f32; 3],
-    /// For the planes that are nearer, and for those that are farther.
-    first: [f32; 3],
-    last: [f32; 3],
-    /// 0 if the lower planes are nearer, 1 if the upper ones are.
-    near: [u32; 3],
-}
-
-impl Slopes {
-    #[inline(always)]
-    pub fn new(beam: &Beam, center: Vec3) -> Self {
-        let start = (center - beam.origin) * beam.inv_dir;
-        Self {
-            inv_dir: beam.inv_dir.to_array(),
-            first: (start - beam.pad).to_array(),
-            last: (start + beam.pad).to_array(),
-            near: [beam.near(0), beam.near(1), beam.near(2)],
-        }
-    }
-}
-
-impl Meet for Slopes {
-    #[inline(always)]
-    fn meet<L: Lanes>(&self, node: &Node, t_max: f32) -> (L, L) {
-        let (mut enter, mut exit) = (L::splat(0.0), L::splat(t_max));
-        for axis in 0..3 {
-            let near = self.near[axis] as usize & 1;
-            let (near, far) = (
-                L::load(&node.planes[axis][near]),
-                L::load(&node.planes[axis][near ^ 1]),
-            );
-            let inv_dir = L::splat(self.inv_dir[axis]);
-            enter = enter.max(near.mul_add(inv_dir, L::splat(self.first[axis])));
-            exit = exit.min(far.mul_add(inv_dir, L::splat(self.last[axis])));
-        }
-        (enter, exit)
     }
 }
 

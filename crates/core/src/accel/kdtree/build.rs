@@ -7,6 +7,7 @@
 use super::events::{Event, Events, Side, Splitter, from_order_key};
 use super::node::{Node, list_index};
 use super::{INTERSECTION_COST, KdTree, MAX_DEPTH, TRAVERSAL_COST, halves};
+use crate::accel::progress::{Progress, Task};
 use crate::math::Aabb;
 
 /// Factor on the cost of a plane that cuts off empty space (Wald & Havran 2006, §4.1).
@@ -28,6 +29,15 @@ impl KdTree {
     /// # Panics
     /// With more than 2³⁰ primitives or nodes.
     pub fn build(bounds: &[Aabb], clip: impl Fn(u32, &Aabb) -> Aabb + Sync) -> Self {
+        Self::build_watched(bounds, clip, &Progress::unwatched())
+    }
+
+    /// [`Self::build`] whose progress is watched; if it is ended before time, the tree means nothing.
+    pub fn build_watched(
+        bounds: &[Aabb],
+        clip: impl Fn(u32, &Aabb) -> Aabb + Sync,
+        progress: &Progress<'_>,
+    ) -> Self {
         let events = Events::of_boxes(bounds);
         let root = bounds
             .iter()
@@ -39,6 +49,8 @@ impl KdTree {
             bounds,
             clip,
             max_depth: (levels as usize).min(MAX_DEPTH),
+            progress,
+            task: Task::new(count, SERIAL),
         };
         let job = Job {
             cell: root,
@@ -59,6 +71,8 @@ struct Builder<'a, C> {
     bounds: &'a [Aabb],
     clip: C,
     max_depth: usize,
+    progress: &'a Progress<'a>,
+    task: Task,
 }
 
 /// A cell to build a subtree for.
@@ -92,6 +106,10 @@ struct Subtree {
 impl<C: Fn(u32, &Aabb) -> Aabb + Sync> Builder<'_, C> {
     /// Builds a large subtree, its halves in parallel.
     fn subtree(&self, events: Events, job: Job) -> Subtree {
+        if !self.progress.pass(self.task, events.prims.len()) {
+            let nodes = vec![Node::leaf(&[], &mut Vec::new())];
+            return Subtree { nodes, ids: vec![] };
+        }
         if events.prims.len() <= SERIAL {
             let mut tree = Subtree {
                 nodes: vec![Node::leaf(&[], &mut Vec::new())],

@@ -26,14 +26,14 @@ impl KdTree {
     /// origin or direction, no direction, or without `t_max > 0` visits nothing.
     #[inline]
     pub fn walk(&self, ray: &Ray, mut visit: impl FnMut(u32, f32) -> f32) {
-        let Some(beam) = Beam::new(ray, &self.bounds) else {
+        let Some(beam) = Beam::met(ray, &self.bounds) else {
             return;
         };
         let lines: [Line; 3] = std::array::from_fn(|axis| Line {
             origin: beam.origin[axis],
             inv_dir: beam.inv_dir[axis],
-            pad: beam.pad[axis],
-            near: beam.near(axis),
+            pad: beam.inv_dir[axis].abs() * beam.half_width,
+            near: beam.octant() >> axis & 1,
         });
         let (mut t_enter, mut t_exit) = (beam.t_enter, beam.t_exit);
         let mut t_max = ray.t_max;

@@ -105,7 +105,7 @@ fn advise(args: &AdviseArgs, goal: Goal) -> Result<Outcome, String> {
             [render.width, render.height] = args.size.unwrap_or([render.width, render.height]);
             render.problem().map_or(Ok(()), Err)
         },
-        &|_| (),
+        &lightbox_core::scene::unwatched,
     )?;
     print_warnings(&scene);
     if scene.is_dark() {

@@ -9,7 +9,7 @@ use crate::aov::Aov;
 /// A picture of 4×4 tiles, and a governor that takes it for very slow.
 fn picture(samples: u64) -> (Picture, Governor) {
     let source = scene::load(Path::new("builtin:sphere-mirror.toml")).expect("a scene");
-    let scene = Arc::new(source.build(&|_| ()).expect("a scene"));
+    let scene = Arc::new(source.build(&scene::unwatched).expect("a scene"));
     let settings = RenderSettings {
         width: 64,
         height: 64,
