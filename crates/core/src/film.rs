@@ -320,6 +320,11 @@ impl Film {
         self.tiles.len()
     }
 
+    /// Where tile `i` lies.
+    pub fn tile_rect(&self, i: usize) -> TileRect {
+        self.tile(i).rect
+    }
+
     /// One tile, locked. A panic elsewhere cannot leave it half-written: only [`Film::merge`]
     /// writes, and it does not panic.
     fn tile(&self, i: usize) -> MutexGuard<'_, Tile> {

@@ -1,6 +1,5 @@
 //! The composition root: tiles, pixels, samples.
 
-use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
@@ -150,11 +149,12 @@ impl View {
         self.render_tiles(film, 0..film.tiles(), samples, cancel)
     }
 
-    /// [`View::render`] for some tiles only, counted from the centre of the picture outwards.
+    /// [`View::render`] for some tiles only, counted from the centre of the picture outwards; those
+    /// that come first are begun first.
     pub fn render_tiles(
         &self,
         film: &Film,
-        tiles: Range<usize>,
+        tiles: impl IntoParallelIterator<Item = usize, Iter: IndexedParallelIterator>,
         samples: u64,
         cancel: &AtomicBool,
     ) -> Work {

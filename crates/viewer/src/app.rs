@@ -16,7 +16,8 @@ use crate::keys::{self, Action};
 use crate::model::{Model, scene_name};
 use crate::orbit;
 use crate::panels::{self, Banners, ChartPanel, LabPanel, RacePanel};
-use crate::session::{Activity, Budget, Look, Moment, Notice, Session, Status};
+use crate::session::{Activity, Budget, Look, Moment, Notice, Region, Session, Status};
+use crate::settings::Settings;
 use crate::undo::Undo;
 use crate::unsaved::{self, Unsaved};
 use crate::viewport::Viewport;
@@ -29,6 +30,9 @@ const OFFSET_STEP: f32 = 0.1;
 
 /// The window's icon: `dist/lightbox.svg` at 128×128 (`rsvg-convert -w 128`).
 const ICON: &[u8] = include_bytes!("icon.png");
+
+/// Exit status after SIGINT or SIGTERM.
+const INTERRUPTED: i32 = 130;
 
 /// What to do where no window can be opened.
 const WITHOUT_WINDOW: &str = "use `lightbox render SCENE -o OUT.png` instead";
@@ -53,8 +57,17 @@ pub fn run(path: Option<PathBuf>) -> Result<(), String> {
         viewport,
         ..Default::default()
     };
-    let create: eframe::AppCreator<'_> =
-        Box::new(|context| Ok(Box::new(App::new(&context.egui_ctx, path)?)));
+    let create: eframe::AppCreator<'_> = Box::new(|context| {
+        let settings = Settings::load(context.storage);
+        let app = App::new(&context.egui_ctx, path)?.remembering(settings);
+        // Not by way of the window, which may be out of sight and draw nothing.
+        let end = app.session.ender();
+        ctrlc::set_handler(move || {
+            end();
+            std::process::exit(INTERRUPTED);
+        })?;
+        Ok(Box::new(app))
+    });
     eframe::run_native("lightbox", options, create).map_err(|e| {
         // What comes before the last colon names places in somebody's source code.
         let text = e.to_string();
@@ -95,7 +108,7 @@ pub struct App {
     session: Session,
     model: Model,
     /// What the engine was told last.
-    sent: (SceneDesc, Look, Budget),
+    sent: (SceneDesc, Look, Budget, Option<Region>),
     /// Whether it was told to rest.
     rests: bool,
     /// The `opened` count that the model belongs to.
@@ -117,6 +130,8 @@ pub struct App {
     autopsy: AutopsyPanel,
     /// What the engine was asked to look back to.
     past: Option<Moment>,
+    /// As of the last start; [`App::settings`] has them up to date.
+    settings: Settings,
 }
 
 impl App {
@@ -150,7 +165,29 @@ impl App {
             race: RacePanel::default(),
             autopsy: AutopsyPanel::default(),
             past: None,
+            settings: Settings::default(),
         })
+    }
+
+    /// Goes on as it was left the last time.
+    pub fn remembering(mut self, settings: Settings) -> Self {
+        self.chart.is_open = settings.is_chart_open;
+        self.is_plan_open = settings.is_plan_open;
+        self.model.free_orbit = settings.free_orbit;
+        self.viewport.gestures.is_known = settings.is_acquainted;
+        self.settings = settings;
+        self
+    }
+
+    /// What is to be remembered.
+    pub fn settings(&self) -> Settings {
+        Settings {
+            is_acquainted: self.viewport.gestures.is_known,
+            is_chart_open: self.chart.is_open,
+            is_plan_open: self.is_plan_open,
+            free_orbit: self.model.free_orbit,
+            ..self.settings.clone()
+        }
     }
 
     /// The engine.
@@ -186,6 +223,9 @@ impl App {
             .is_some_and(|s| s.path() == self.title);
         let before = self.model.desc.clone();
         self.model.open(&status.desc, status.tone);
+        if let Some(scene) = &status.scene {
+            self.model.bookmarks = self.settings.opened(scene.path());
+        }
         // To read a file again is an edit that can be undone.
         if !is_same_file {
             self.undo.open(&self.model.desc);
@@ -337,6 +377,7 @@ impl App {
         match self.model.bookmarks.pressed(ctx, &place) {
             Some(Wish::Go(to)) => self.viewport.gestures.glide(ctx, &self.model, to),
             Some(Wish::Set(digit)) => {
+                self.settings.keep(self.model.bookmarks);
                 self.say(ctx, &format!("{digit} brings the camera back here"));
             }
             Some(Wish::Missing(digit)) => {
@@ -511,6 +552,10 @@ impl App {
             self.sent.2 = self.model.budget;
             self.session.set_budget(self.model.budget);
         }
+        if self.model.region != self.sent.3 {
+            self.sent.3 = self.model.region;
+            self.session.prefer(self.model.region);
+        }
         if self.model.desc != self.sent.0 {
             self.sent.0 = self.model.desc.clone();
             self.session.edit(self.opened, self.model.desc.clone());
@@ -519,6 +564,10 @@ impl App {
 }
 
 impl eframe::App for App {
+    fn save(&mut self, storage: &mut dyn eframe::Storage) {
+        self.settings().store(storage);
+    }
+
     fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
         let ctx = ui.ctx().clone();
         let status = self.session.status();
@@ -563,13 +612,15 @@ impl eframe::App for App {
                     };
                     Frame::new().inner_margin(margin).show(ui, |ui| {
                         let model = &mut self.model;
-                        panels::scene_ui(ui, model, &status, self.undo.can(), &mut actions);
+                        let (can, settings) = (self.undo.can(), &self.settings);
+                        panels::scene_ui(ui, model, &status, can, settings, &mut actions);
                         panels::budget_ui(ui, model, &status);
                         panels::render_ui(ui, model);
                         panels::display_ui(ui, model);
                         panels::material_ui(ui, model, &status);
                         panels::object_ui(ui, model, &status, &mut actions);
                         panels::camera_ui(ui, model, &status, &mut actions);
+                        panels::window_ui(ui);
                     });
                 });
             });

@@ -33,6 +33,13 @@ const DIGITS: [Key; 9] = [
 ];
 
 impl Bookmarks {
+    /// Takes down a camera under a digit from 1 to 9.
+    pub fn set(&mut self, digit: usize, camera: &CameraDesc) {
+        if let Some(place) = self.0.get_mut(digit.wrapping_sub(1)) {
+            *place = Some(*camera);
+        }
+    }
+
     /// Takes down a camera or finds one, as the digits that were pressed ask for. None while text is
     /// being typed.
     pub fn pressed(&mut self, ctx: &Context, camera: &CameraDesc) -> Option<Wish> {
@@ -44,7 +51,7 @@ impl Bookmarks {
             DIGITS.iter().position(is)
         };
         if let Some(digit) = pressed(Modifiers::COMMAND) {
-            self.0[digit] = Some(*camera);
+            self.set(digit + 1, camera);
             return Some(Wish::Set(digit + 1));
         }
         let digit = pressed(Modifiers::NONE)?;

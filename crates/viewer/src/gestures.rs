@@ -74,6 +74,10 @@ pub struct Gestures {
     pub is_limited: bool,
     /// Whether one flies without holding a button.
     pub is_flying: bool,
+    /// Whether the user has moved the camera or selected something once.
+    pub is_known: bool,
+    /// Where a region was begun, in shares of the picture.
+    corner: Option<[f32; 2]>,
     /// Whether the right button is held over the picture.
     holds: bool,
 }
@@ -130,14 +134,39 @@ impl Gestures {
         self.holds = response.is_pointer_button_down_on()
             && ui.input(|i| i.pointer.button_down(PointerButton::Secondary));
         let way = self.way(ui.ctx());
-        self.drag(response, rect, scene, model, way.is_some());
+        if !self.mark(ui, response, rect, model) {
+            self.drag(response, rect, scene, model, way.is_some());
+        }
         self.fly(ui, scene, model, way);
         self.wheel(ui, response, rect, scene, model);
         if model.desc.camera != before {
             self.glide = None;
         }
+        self.is_known |= model.desc.camera != before || response.clicked();
         self.click(ui, response, rect, scene, model);
         self.advance(ui, model);
+    }
+
+    /// Marks the region that is rendered first while Shift and the left button drag; whether they do.
+    fn mark(&mut self, ui: &Ui, response: &Response, rect: Rect, model: &mut Model) -> bool {
+        let primary = PointerButton::Primary;
+        let has_shift = ui.input(|i| i.modifiers.shift);
+        let at = response.interact_pointer_pos();
+        let at = at.map(|p| share(rect, p).map(|x| x.clamp(0.0, 1.0)));
+        if response.drag_started_by(primary) && has_shift && !self.is_flying {
+            let pressed = ui.input(|i| i.pointer.press_origin());
+            let pressed = pressed.map(|p| share(rect, p).map(|x| x.clamp(0.0, 1.0)));
+            self.corner = pressed.or(at);
+        }
+        let (Some([x, y]), Some([to_x, to_y])) = (self.corner, at) else {
+            self.corner = None;
+            return false;
+        };
+        model.region = Some([x.min(to_x), y.min(to_y), x.max(to_x), y.max(to_y)]);
+        if !response.dragged_by(primary) {
+            self.corner = None;
+        }
+        true
     }
 
     /// Where the keys that are held fly to: right, up and forwards. `None` if none is.
@@ -243,6 +272,10 @@ impl Gestures {
     ) {
         // With Ctrl, a click looks into the pixel.
         if !response.clicked_by(PointerButton::Primary) || ui.input(|i| i.modifiers.command) {
+            return;
+        }
+        if ui.input(|i| i.modifiers.shift) {
+            model.region = None;
             return;
         }
         let picked = response

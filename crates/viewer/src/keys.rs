@@ -365,6 +365,10 @@ pub const GESTURES: &[(&str, &str)] = &[
         "right button with W A S D, Q E",
         "look around and fly; Shift fast, Alt slow",
     ),
+    (
+        "Shift+left drag",
+        "render a region first; Shift+click: all alike again",
+    ),
     ("1 to 9", "go to a bookmark of the camera"),
     ("Ctrl+1 to Ctrl+9", "set a bookmark"),
     ("Ctrl+V", "paste a camera"),

@@ -25,6 +25,7 @@ pub mod replay;
 pub mod saved;
 pub mod savings;
 pub mod session;
+pub mod settings;
 pub mod spent;
 pub mod texture;
 pub mod undo;

@@ -9,7 +9,7 @@ use lightbox_core::{Scene, SceneDesc};
 
 use crate::aov::Aov;
 use crate::bookmarks::Bookmarks;
-use crate::session::Budget;
+use crate::session::{Budget, Region};
 
 /// Which size the picture is rendered at.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -65,6 +65,8 @@ pub struct Model {
     pub tone: ToneMap,
     /// What pixels show.
     pub aov: Aov,
+    /// What of the picture is rendered first.
+    pub region: Option<Region>,
     /// Whether orbits go over the poles.
     pub free_orbit: bool,
     /// Places of the camera to go back to.

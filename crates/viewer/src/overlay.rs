@@ -11,6 +11,7 @@ use lightbox_core::scene::{CameraDesc, ObjectKind, SphereDesc};
 use crate::gestures::{pick, share};
 use crate::model::Model;
 use crate::panels::format;
+use crate::session::Region;
 
 /// Color of the selection's outline.
 const SELECTED: Color32 = Color32::from_rgb(255, 190, 60);
@@ -116,6 +117,16 @@ fn on_screen(rect: Rect, camera: &CameraDesc, [a, b]: [Vec3; 2]) -> Option<[Pos2
         Some(rect.center() + Vec2::new(x, y) * rect.height())
     };
     Some([seen(near)?, seen(far)?])
+}
+
+/// The region that is rendered first.
+pub fn region(painter: &Painter, rect: Rect, [left, top, right, bottom]: Region) {
+    let at = |x: f32, y: f32| rect.min + rect.size() * Vec2::new(x, y);
+    let frame = Rect::from_min_max(at(left, top), at(right, bottom));
+    for (width, color) in [(3.0, Color32::from_black_alpha(110)), (1.0, Color32::WHITE)] {
+        let stroke = Stroke::new(width, color);
+        painter.rect_stroke(frame, 0.0, stroke, egui::StrokeKind::Middle);
+    }
 }
 
 /// A small cross where the camera turns around.

@@ -102,6 +102,9 @@ impl Viewport {
             .draw(ui, space, rect, other.as_deref(), reference);
 
         overlay::outline(&painter, rect, scene, model);
+        if let Some(region) = model.region {
+            overlay::region(&painter, rect, region);
+        }
         if self.gestures.is_moving(&response) {
             overlay::pivot(&painter, rect.center());
         }
@@ -121,6 +124,9 @@ impl Viewport {
                 None => format!("preview 1/{scale}"),
             };
             overlay::tag(ui, &painter, space.left_top(), &text);
+        } else if !self.gestures.is_known {
+            let text = "Drag to orbit, turn the wheel to come closer, click an object to change it. F1 lists all keys.";
+            overlay::tag(ui, &painter, space.left_top(), text);
         } else if self.gestures.is_limited {
             overlay::tag(ui, &painter, space.left_top(), "as far as the camera goes");
         }

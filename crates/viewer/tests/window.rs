@@ -4,7 +4,7 @@
 //! passes, unless `CI` is set. `LIGHTBOX_SCREENSHOTS=folder` keeps a picture of each step.
 
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
 use std::io::Read as _;
@@ -101,13 +101,16 @@ impl Desktop {
         })
     }
 
-    fn open(&mut self) {
+    fn open(&mut self, file: Option<&Path>) {
         let work = self.folder.path().join("work");
         std::fs::create_dir(&work).expect("a folder");
         let viewer = Command::new(env!("CARGO_BIN_EXE_lightbox"))
+            .args(file)
             .current_dir(work)
             .env("DISPLAY", &self.display)
             .env_remove("WAYLAND_DISPLAY")
+            // What another session has left behind is not this test's.
+            .env("XDG_DATA_HOME", self.folder.path().join("data"))
             .env("LIBGL_ALWAYS_SOFTWARE", "1")
             .spawn();
         self.viewer = Some(viewer.expect("the viewer starts"));
@@ -194,6 +197,22 @@ impl Desktop {
         }
     }
 
+    /// How the viewer ends.
+    fn end_of_viewer(&mut self, what: &str) -> ExitStatus {
+        let mut viewer = self.viewer.take().expect("the viewer runs");
+        let start = Instant::now();
+        loop {
+            if let Some(status) = viewer.try_wait().expect("the viewer's status") {
+                return status;
+            }
+            if start.elapsed() > PATIENCE {
+                let _ = viewer.kill();
+                panic!("waited in vain: {what}");
+            }
+            std::thread::sleep(Duration::from_millis(50));
+        }
+    }
+
     fn keep_screenshot(&self, what: &str) {
         if let Some(folder) = std::env::var_os("LIGHTBOX_SCREENSHOTS") {
             let name = PathBuf::from(folder)
@@ -218,7 +237,7 @@ fn a_session_with_mouse_and_keyboard() {
     let Some(mut desktop) = Desktop::start() else {
         return;
     };
-    desktop.open();
+    desktop.open(None);
     desktop.wait_until("the picture appears", |b| mean(b) > 20.0);
     // Coarse and noisy at first: later pictures are compared with what it comes to.
     let settled = std::cell::RefCell::new(Vec::new());
@@ -339,17 +358,39 @@ fn a_session_with_mouse_and_keyboard() {
     desktop.xdotool(&["keydown", "ctrl"]);
     desktop.xdotool(&["key", "q"]);
     desktop.xdotool(&["keyup", "ctrl"]);
-    let mut viewer = desktop.viewer.take().expect("the viewer runs");
-    let start = Instant::now();
-    let status = loop {
-        if let Some(status) = viewer.try_wait().expect("the viewer's status") {
-            break status;
-        }
-        if start.elapsed() > PATIENCE {
-            let _ = viewer.kill();
-            panic!("waited in vain: the window closes");
-        }
-        std::thread::sleep(Duration::from_millis(50));
-    };
+    let status = desktop.end_of_viewer("the window closes");
     assert!(status.success(), "{status}");
+}
+
+/// Whoever ends the window from outside loses no sample that is kept in a file.
+#[test]
+fn a_terminated_window_keeps_its_samples() {
+    let Some(mut desktop) = Desktop::start() else {
+        return;
+    };
+    let part = desktop.folder.path().join("kept.part");
+    let render = Command::new(env!("CARGO_BIN_EXE_lightbox"))
+        .args(["render", "glass-sphere", "--size", "300x200", "--part"])
+        .args(["--samples", "0..2", "-o"])
+        .arg(&part)
+        .output();
+    assert!(render.expect("the command").status.success());
+    let samples = |path: &Path| {
+        let head = lightbox_core::part::read_head(path).expect("a part");
+        head.samples_per_pixel()
+    };
+    assert_eq!(samples(&part), 2);
+    desktop.open(Some(&part));
+    desktop.wait_until("the kept picture appears", |b| mean(b) > 20.0);
+    // It goes on, and would write that down in a minute.
+    std::thread::sleep(Duration::from_secs(3));
+    assert_eq!(samples(&part), 2, "nothing was written yet");
+    let id = desktop.viewer.as_ref().expect("the viewer runs").id();
+    let kill = Command::new("kill")
+        .args(["-TERM", &id.to_string()])
+        .status();
+    assert!(kill.expect("kill runs").success());
+    let status = desktop.end_of_viewer("SIGTERM ends the window");
+    assert_eq!(status.code(), Some(130), "{status}");
+    assert!(samples(&part) > 2);
 }

@@ -20,6 +20,7 @@ mod render;
 mod scene;
 mod status_bar;
 mod widgets;
+mod window;
 
 pub use banner::Banners;
 pub use budget::budget_ui;
@@ -37,3 +38,4 @@ pub use render::render_ui;
 pub use scene::scene_ui;
 pub use status_bar::status_bar_ui;
 pub use widgets::{slider, slider_row};
+pub use window::window_ui;

@@ -11,6 +11,7 @@ use super::widgets::{labelled, section};
 use crate::keys::{self, Action};
 use crate::model::{Model, Selection, scene_name};
 use crate::session::Status;
+use crate::settings::Settings;
 
 /// Built-in scenes, opening, saving, objects and warnings.
 /// `can` says whether there is something to undo, and to redo.
@@ -19,10 +20,11 @@ pub fn scene_ui(
     model: &mut Model,
     status: &Status,
     can: [bool; 2],
+    settings: &Settings,
     actions: &mut Vec<Action>,
 ) {
     section(ui, "Scene", true, |ui| {
-        chooser(ui, status, actions);
+        chooser(ui, status, settings, actions);
         let has_samples = status.samples > 0;
         let open = "A .toml scene, an .obj mesh or a saved picture; or drop one on the window.";
         buttons(
@@ -71,7 +73,7 @@ pub fn scene_ui(
     });
 }
 
-fn chooser(ui: &mut Ui, status: &Status, actions: &mut Vec<Action>) {
+fn chooser(ui: &mut Ui, status: &Status, settings: &Settings, actions: &mut Vec<Action>) {
     let path = status
         .scene
         .as_ref()
@@ -80,7 +82,7 @@ fn chooser(ui: &mut Ui, status: &Status, actions: &mut Vec<Action>) {
     labelled(
         ui,
         "Scene",
-        "Scenes that come with lightbox, and the one that is open.",
+        "Scenes that come with lightbox, and files that were open before.",
         |ui| {
             let combo = egui::ComboBox::from_id_salt("scenes")
                 .selected_text(scene_name(&path))
@@ -96,10 +98,26 @@ fn chooser(ui: &mut Ui, status: &Status, actions: &mut Vec<Action>) {
                         actions.push(Action::OpenPath(choice));
                     }
                 }
+                recent(ui, settings, actions);
             });
             response.response.accessible_name("Scene");
         },
     );
+}
+
+/// Files that were open before, by their names.
+fn recent(ui: &mut Ui, settings: &Settings, actions: &mut Vec<Action>) {
+    let mut files = settings.recent().peekable();
+    if files.peek().is_some() {
+        ui.separator();
+    }
+    for path in files {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let choice = ui.selectable_label(false, name);
+        if choice.on_hover_text(path.display().to_string()).clicked() {
+            actions.push(Action::OpenPath(path.to_owned()));
+        }
+    }
 }
 
 /// A row of buttons: text, what it does, tip, and whether it can.

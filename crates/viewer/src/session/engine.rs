@@ -17,7 +17,9 @@ use super::keeper::{Keeper, Taken};
 use super::look::Look;
 use super::picture::Picture;
 use super::preview::Governor;
-use super::{Activity, Inbox, Kept, Loaded, Reference, Referring, Shared, Shown, Snapshot, lock};
+use super::{
+    Activity, Inbox, Kept, Loaded, Reference, Referring, Region, Shared, Shown, Snapshot, lock,
+};
 use crate::aov::Aov;
 use crate::savings::{Savings, Trial};
 
@@ -45,6 +47,8 @@ struct Engine<'a> {
     reference: Option<Arc<Reference>>,
     /// Whether the reference is shown beside the picture.
     compares: bool,
+    /// What is rendered first.
+    region: Option<Region>,
     budget: Budget,
     outlook: Outlook,
     /// Seconds that it took to load and to build the scene of the file.
@@ -76,6 +80,7 @@ pub(super) fn run(shared: &Arc<Shared>, pool: &ThreadPool) {
         past: None,
         reference: None,
         compares: false,
+        region: None,
         budget: Budget::default(),
         outlook: Outlook::default(),
         opening: [0.0; 2],
@@ -100,6 +105,7 @@ pub(super) fn run(shared: &Arc<Shared>, pool: &ThreadPool) {
     if let (Some(keeper), Some(picture)) = (engine.keeper, &engine.picture) {
         keeper.close(shared, picture.progress.seconds);
     }
+    lock(&shared.outbox).has_ended = true;
 }
 
 impl Engine<'_> {
@@ -154,6 +160,12 @@ impl Engine<'_> {
         if let Some(budget) = inbox.budget {
             self.budget = budget;
             self.budget();
+        }
+        if let Some(region) = inbox.region {
+            self.region = region;
+            if let Some(picture) = &mut self.picture {
+                picture.prefer(region);
+            }
         }
         if inbox.clear_history {
             Arc::make_mut(&mut self.history).clear();
@@ -435,6 +447,7 @@ impl Engine<'_> {
                 (self.trial, self.savings) = (None, None);
                 let mut picture = Picture::new(view, self.desc.camera, &self.governor);
                 picture.refer(self.reference.clone());
+                picture.prefer(self.region);
                 self.stale |= taken.is_some() || self.look.aov.is_of_surfaces();
                 if let Some(taken) = taken {
                     picture.take_up(taken);

@@ -44,6 +44,9 @@ pub use reference::Reference;
 use shown::Shown;
 pub use status::{Activity, Notice, Snapshot, Status};
 
+/// Left, top, right and bottom of a part of the picture, in shares of it.
+pub type Region = [f32; 4];
+
 /// What the user wants and the engine has not taken up yet.
 #[derive(Default)]
 struct Inbox {
@@ -59,6 +62,7 @@ struct Inbox {
     reference: Option<Referring>,
     past: Option<Option<Moment>>,
     compares: Option<bool>,
+    region: Option<Option<Region>>,
     clear_history: bool,
     measure_plan: bool,
     /// A file to keep the samples in.
@@ -89,6 +93,7 @@ impl Inbox {
             reference,
             past,
             compares,
+            region,
             clear_history,
             measure_plan,
             keep,
@@ -103,6 +108,7 @@ impl Inbox {
             && reference.is_none()
             && past.is_none()
             && compares.is_none()
+            && region.is_none()
             && !clear_history
             && !measure_plan
             && keep.is_none()
@@ -146,6 +152,8 @@ struct Outbox {
     rebuilding: Option<Loading>,
     /// Works started so far.
     works: u64,
+    /// Whether the engine has ended.
+    has_ended: bool,
 }
 
 /// State shared between the window, the engine and loaders. Locks are held for moments only, the
@@ -252,6 +260,18 @@ impl Session {
         );
     }
 
+    /// What ends the engine from a thread that may not wait for the window: every sample is kept that
+    /// is to be kept when it returns.
+    pub fn ender(&self) -> impl Fn() + Send + 'static {
+        let shared = self.shared.clone();
+        move || {
+            shared.send(true, |inbox| inbox.quit = true);
+            while !lock(&shared.outbox).has_ended {
+                std::thread::sleep(std::time::Duration::from_millis(5));
+            }
+        }
+    }
+
     /// Does not open what is being opened after all.
     pub fn cancel_opening(&self) {
         // Its work goes on for a while; the result has no place to go.
@@ -352,6 +372,11 @@ impl Session {
     /// Asks for a kept picture, or for none; rendering goes on.
     pub fn look_back(&self, moment: Option<Moment>) {
         self.shared.send(false, |inbox| inbox.past = Some(moment));
+    }
+
+    /// Renders a region first from now on, in every pass; the rest follows, and no sample is lost.
+    pub fn prefer(&self, region: Option<Region>) {
+        self.shared.send(false, |inbox| inbox.region = Some(region));
     }
 
     /// The kept picture asked for, once it is ready to be shown.

@@ -20,7 +20,7 @@ use super::history::Point;
 use super::keeper::Taken;
 use super::look::Look;
 use super::preview::{Governor, enlarge};
-use super::{Reference, Snapshot};
+use super::{Reference, Region, Snapshot};
 use crate::aov::Scope;
 use crate::pace::{FIRST_CHECK, Limits, Progress};
 use crate::spent::{NEGLIGIBLE, Spent};
@@ -52,7 +52,9 @@ pub(super) struct Picture {
     backdrop: Option<(Image, u32)>,
     /// The pass brings every tile up to this many samples per pixel.
     goal: u64,
-    /// First tile that the pass has not reached.
+    /// The tiles as a pass goes through them.
+    order: Arc<[usize]>,
+    /// How many of them the pass has done.
     next_tile: usize,
     /// What is shown, sRGB bytes; empty until the film is shown first.
     rgb: Vec<u8>,
@@ -81,6 +83,7 @@ impl Picture {
         let (film, samples) = (Arc::new(view.film()), view.settings.samples);
         Self {
             previews: governor.scales(view.settings.width, view.settings.height),
+            order: (0..film.tiles()).collect(),
             next_tile: film.tiles(),
             measures: false,
             measured: 0,
@@ -109,6 +112,29 @@ impl Picture {
         (self.progress.seconds, self.progress.samples) = (seconds, film.samples());
         self.film = Arc::new(film);
         self.previews.clear();
+    }
+
+    /// Goes through the tiles of a region first from now on: left, top, right and bottom in shares of
+    /// the picture.
+    pub fn prefer(&mut self, region: Option<Region>) {
+        let size = self.film.size();
+        let is_within = |tile: usize| {
+            let rect = self.film.tile_rect(tile);
+            let [[x0, x1], [y0, y1]] = [
+                [rect.x, rect.x + rect.width].map(|x| x as f32 / size[0] as f32),
+                [rect.y, rect.y + rect.height].map(|y| y as f32 / size[1] as f32),
+            ];
+            region.is_some_and(|[left, top, right, bottom]| {
+                x0 < right && left < x1 && y0 < bottom && top < y1
+            })
+        };
+        let all = 0..self.film.tiles();
+        let (first, rest): (Vec<_>, Vec<_>) = all.clone().partition(|tile| is_within(*tile));
+        self.order = first.into_iter().chain(rest).collect();
+        // A pass under way goes through all once more; what it has done takes no time.
+        if self.next_tile < all.end {
+            self.next_tile = 0;
+        }
     }
 
     /// Whether there are previews still to be shown.
@@ -196,8 +222,8 @@ impl Picture {
         let cancel = if self.is_shown { cancel } else { &never };
         let size = film.size().map(|n| n as usize);
         let rgb = if look.aov.is_of_surfaces() {
-            let all = 0..film.tiles();
-            let drawn = paint(look, &self.scope(look), &view, &film, all, cancel)?;
+            let all: Vec<_> = (0..film.tiles()).collect();
+            let drawn = paint(look, &self.scope(look), &view, &film, &all, cancel)?;
             let mut rgb = vec![0; 3 * size[0] * size[1]];
             put(&mut rgb, size[0], drawn);
             rgb
@@ -234,7 +260,9 @@ impl Picture {
         look: Look,
     ) -> Option<Snapshot> {
         let have = self.film.samples();
-        let tiles = self.next_tiles(have, governor);
+        let next = self.next_tiles(have, governor);
+        let order = self.order.clone();
+        let tiles = &order[next.clone()];
         // Without a preview this is the first picture after a wish, see there.
         let is_first = have == 0 && !self.is_shown;
         let never = AtomicBool::new(false);
@@ -242,7 +270,7 @@ impl Picture {
         let start = Instant::now();
         let work = self
             .view
-            .render_tiles(&self.film, tiles.clone(), self.goal, cancel);
+            .render_tiles(&self.film, tiles.par_iter().copied(), self.goal, cancel);
         let took = start.elapsed();
         self.progress.seconds += took.as_secs_f64();
         self.work = self.work + work;
@@ -252,12 +280,12 @@ impl Picture {
         if is_first {
             governor.measured(took, work.paths);
         }
-        self.next_tile = tiles.end;
+        self.next_tile = next.end;
         let start = Instant::now();
         // Surfaces stand there already.
         let is_drawn = !look.aov.is_of_surfaces();
         if is_drawn {
-            self.draw(tiles.clone(), look, &never);
+            self.draw(tiles, look, &never);
         }
         self.overhead[1] += start.elapsed();
         // Splats come to tiles until the pass ends.
@@ -274,15 +302,15 @@ impl Picture {
 
     fn pass_done(&mut self, look: Look) {
         self.progress.samples = self.film.samples();
-        let all = 0..self.film.tiles();
+        let all = self.order.clone();
         let is_last = self.limits.next(&self.progress).is_err();
         let is_changed = self.film.takes_splats();
         if is_last && is_changed && !look.aov.is_of_surfaces() {
-            self.draw(all.clone(), look, &AtomicBool::new(false));
+            self.draw(&all, look, &AtomicBool::new(false));
         }
         // The last picture is measured in any case.
         if (is_last && !self.measures) || (self.measures && is_changed) {
-            self.measure(all);
+            self.measure(&all);
             self.measures = true;
         }
         if self.measures {
@@ -295,19 +323,18 @@ impl Picture {
     }
 
     /// Measures the error of some tiles.
-    fn measure(&mut self, tiles: Range<usize>) {
+    fn measure(&mut self, tiles: &[usize]) {
         let begin = Instant::now();
         let (film, reference) = (&self.film, self.reference.as_deref());
-        let start = tiles.start;
         let errors: Vec<_> = tiles
-            .into_par_iter()
+            .par_iter()
             .map(|i| {
-                let compare = |r: &Reference| Some(square(&film.develop_tile(i)?, &r.image));
-                (film.tile_error(i), reference.and_then(compare))
+                let compare = |r: &Reference| Some(square(&film.develop_tile(*i)?, &r.image));
+                (film.tile_error(*i), reference.and_then(compare))
             })
             .collect();
-        for (i, errors) in (start..).zip(errors) {
-            (self.errors[i], self.true_errors[i]) = errors;
+        for (i, errors) in tiles.iter().zip(errors) {
+            (self.errors[*i], self.true_errors[*i]) = errors;
         }
         self.overhead[0] += begin.elapsed();
     }
@@ -347,12 +374,12 @@ impl Picture {
     /// Shows and measures all there is once more, with another look or reference; nothing if it was
     /// interrupted.
     pub fn redraw(&mut self, look: Look, cancel: &AtomicBool) -> Option<Snapshot> {
-        let all = 0..self.film.tiles();
+        let all = self.order.clone();
         let never = AtomicBool::new(false);
         let takes_long = look.aov.is_of_surfaces() && self.is_shown;
         self.rgb.clear();
-        self.draw(all.clone(), look, if takes_long { cancel } else { &never })?;
-        self.measure(all);
+        self.draw(&all, look, if takes_long { cancel } else { &never })?;
+        self.measure(&all);
         if self.next_tile == self.film.tiles() {
             self.measured = self.film.samples();
         }
@@ -360,7 +387,7 @@ impl Picture {
     }
 
     /// Brings some tiles of what is shown up to date; `None` if it was interrupted.
-    fn draw(&mut self, tiles: Range<usize>, look: Look, cancel: &AtomicBool) -> Option<()> {
+    fn draw(&mut self, tiles: &[usize], look: Look, cancel: &AtomicBool) -> Option<()> {
         let [width, height] = self.film.size();
         if self.rgb.is_empty() {
             self.rgb = match &self.backdrop {
@@ -424,13 +451,13 @@ fn paint(
     scope: &Scope<'_>,
     view: &View,
     film: &Film,
-    tiles: Range<usize>,
+    tiles: &[usize],
     cancel: &AtomicBool,
 ) -> Option<Vec<Painted>> {
     let drawn = tiles
-        .into_par_iter()
+        .par_iter()
         .filter(|_| !cancel.load(Ordering::Relaxed))
-        .filter_map(|i| look.aov.tile(scope, view, film, i));
+        .filter_map(|i| look.aov.tile(scope, view, film, *i));
     let drawn = drawn.collect();
     (!cancel.load(Ordering::Relaxed)).then_some(drawn)
 }

@@ -9,6 +9,7 @@ mod compare;
 mod disk;
 mod editing;
 mod files;
+mod habits;
 mod lab;
 mod layout;
 mod navigation;

@@ -362,3 +362,44 @@ fn the_field_of_view_zooms_and_is_taken_back_with_the_camera() {
     window.key(Modifiers::ALT, Key::ArrowLeft);
     assert_eq!(camera(&window), before);
 }
+
+#[test]
+fn shift_and_the_left_button_mark_a_region() {
+    let mut window = Window::open(SCENE);
+    let before = fresh(&mut window);
+    let picture = window.snapshot().number;
+    let region = |w: &Window| w.harness.state().model().region;
+    let drag = |window: &mut Window, from: egui::Pos2, to: egui::Pos2| {
+        window
+            .harness
+            .event(Event::ModifiersChanged(Modifiers::SHIFT));
+        window.drag(PointerButton::Primary, from, to - from);
+        window
+            .harness
+            .event(Event::ModifiersChanged(Modifiers::NONE));
+        window.harness.run_steps(1);
+    };
+    let (from, to) = (window.at(0.75, 0.75), window.at(0.25, 0.5));
+    drag(&mut window, from, to);
+    let [left, top, right, bottom] = region(&window).expect("a region");
+    for (is, wanted) in [(left, 0.25), (top, 0.5), (right, 0.75), (bottom, 0.75)] {
+        assert!((is - wanted).abs() < 0.01, "{:?}", region(&window));
+    }
+    assert_eq!(camera(&window), before, "it is no orbit");
+    window.harness.run_steps(5);
+    assert_eq!(window.snapshot().number, picture, "no sample is lost");
+    // A click with Shift takes it away, and selects nothing.
+    window
+        .harness
+        .event(Event::ModifiersChanged(Modifiers::SHIFT));
+    window.click_at(window.at(0.5, 0.5));
+    window
+        .harness
+        .event(Event::ModifiersChanged(Modifiers::NONE));
+    window.harness.run_steps(1);
+    assert_eq!(region(&window), None);
+    assert_eq!(window.harness.state().model().selection, None);
+    window.drag(PointerButton::Primary, from, to - from);
+    assert_ne!(camera(&window), before);
+    assert_eq!(region(&window), None);
+}

@@ -10,6 +10,7 @@ use egui_kittest::kittest::Queryable as _;
 use glam::Vec3;
 use lightbox::app::App;
 use lightbox::session::{Activity, Snapshot, Status};
+use lightbox::settings::Settings;
 
 /// A sphere in front of a lamp and a wall, quick to render.
 pub const SCENE: &str = r#"
@@ -70,12 +71,19 @@ impl Window {
     }
 
     pub fn open_path(folder: tempfile::TempDir, path: PathBuf) -> Self {
+        Self::remembering(folder, path, Settings::default())
+    }
+
+    /// As one that was used before.
+    pub fn remembering(folder: tempfile::TempDir, path: PathBuf, settings: Settings) -> Self {
         // Tall enough for every row of the side panel.
         let builder = Harness::builder()
             .with_size(Vec2::new(620.0, 1400.0))
             .with_step_dt(1.0 / 30.0);
-        let harness = builder
-            .build_eframe(|context| App::new(&context.egui_ctx, Some(path)).expect("an engine"));
+        let harness = builder.build_eframe(|context| {
+            let app = App::new(&context.egui_ctx, Some(path)).expect("an engine");
+            app.remembering(settings)
+        });
         let mut window = Self {
             harness,
             folder,

@@ -141,3 +141,42 @@ fn the_last_picture_is_measured() {
         assert_eq!(picture.error(), picture.film.error());
     });
 }
+
+/// A region that is asked for in the midst of a pass comes next; the rest follows, and the picture
+/// is the same.
+#[test]
+fn a_region_comes_first_and_nothing_is_lost() {
+    on_two_threads(|| {
+        let go_on = AtomicBool::new(false);
+        let (mut picture, mut governor) = picture(3);
+        picture.previews.clear();
+        // The first half of the pass: from the centre.
+        picture.slice(&mut governor, &go_on, LOOK).expect("shown");
+        governor.measured(Duration::from_secs(1), 1);
+        let samples = |picture: &Picture| -> Vec<u64> {
+            let all = 0..picture.film.tiles();
+            all.map(|i| picture.film.batch(i).1).collect()
+        };
+        let before = samples(&picture);
+        assert!(before.contains(&0) && before.contains(&1), "{before:?}");
+        // The left column of 4×4 tiles, and what touches it.
+        picture.prefer(Some([0.0, 0.0, 0.1, 1.0]));
+        picture.slice(&mut governor, &go_on, LOOK).expect("shown");
+        let after = samples(&picture);
+        for (i, samples) in after.iter().enumerate() {
+            let is_left = picture.film.tile_rect(i).x == 0;
+            assert!(
+                *samples >= before[i] && (!is_left || *samples == 1),
+                "{i}: {after:?}"
+            );
+        }
+        assert!(after.contains(&0), "the rest waits: {after:?}");
+        while !picture.is_done() {
+            governor.measured(Duration::from_secs(1), 1);
+            picture.slice(&mut governor, &go_on, LOOK);
+        }
+        let film = picture.view.film();
+        picture.view.render(&film, 3, &go_on);
+        assert!(picture.film.develop() == film.develop());
+    });
+}
