@@ -1,5 +1,7 @@
 //! The window: a session behind, a model in hand, panels around the picture.
 
+mod habits;
+
 use std::path::PathBuf;
 
 use egui::{CentralPanel, Color32, Context, Frame, Margin, Panel, ScrollArea, Ui, ViewportCommand};
@@ -9,7 +11,7 @@ use lightbox_core::scene::{BUILTIN, CameraDesc};
 
 use crate::aov::Aov;
 use crate::autopsy::AutopsyPanel;
-use crate::bookmarks::{self, Wish};
+use crate::bookmarks;
 use crate::dialogs::{Answer, Dialogs, OPENS};
 use crate::flight;
 use crate::keys::{self, Action};
@@ -19,7 +21,7 @@ use crate::panels::{self, Banners, ChartPanel, LabPanel, RacePanel};
 use crate::session::{Activity, Budget, Look, Moment, Notice, Region, Session, Status};
 use crate::settings::Settings;
 use crate::undo::Undo;
-use crate::unsaved::{self, Unsaved};
+use crate::unsaved::Unsaved;
 use crate::viewport::Viewport;
 
 /// Stops by which a key changes the exposure.
@@ -167,27 +169,6 @@ impl App {
             past: None,
             settings: Settings::default(),
         })
-    }
-
-    /// Goes on as it was left the last time.
-    pub fn remembering(mut self, settings: Settings) -> Self {
-        self.chart.is_open = settings.is_chart_open;
-        self.is_plan_open = settings.is_plan_open;
-        self.model.free_orbit = settings.free_orbit;
-        self.viewport.gestures.is_known = settings.is_acquainted;
-        self.settings = settings;
-        self
-    }
-
-    /// What is to be remembered.
-    pub fn settings(&self) -> Settings {
-        Settings {
-            is_acquainted: self.viewport.gestures.is_known,
-            is_chart_open: self.chart.is_open,
-            is_plan_open: self.is_plan_open,
-            free_orbit: self.model.free_orbit,
-            ..self.settings.clone()
-        }
     }
 
     /// The engine.
@@ -371,28 +352,6 @@ impl App {
         }
     }
 
-    /// Goes to a bookmark or to a pasted camera, or sets a bookmark.
-    fn go_places(&mut self, ctx: &Context) {
-        let place = self.viewport.gestures.destination(&self.model);
-        match self.model.bookmarks.pressed(ctx, &place) {
-            Some(Wish::Go(to)) => self.viewport.gestures.glide(ctx, &self.model, to),
-            Some(Wish::Set(digit)) => {
-                self.settings.keep(self.model.bookmarks);
-                self.say(ctx, &format!("{digit} brings the camera back here"));
-            }
-            Some(Wish::Missing(digit)) => {
-                let text = format!("bookmark {digit} is empty; Ctrl+{digit} sets it");
-                self.say(ctx, &text);
-            }
-            None => {}
-        }
-        match bookmarks::pasted(ctx) {
-            Some(Ok(to)) => self.viewport.gestures.glide(ctx, &self.model, to),
-            Some(Err(text)) => self.complain(ctx, text),
-            None => {}
-        }
-    }
-
     fn expose(&mut self, stops: f32) {
         self.model.tone.exposure = (self.model.tone.exposure + stops).clamp(-10.0, 10.0);
     }
@@ -438,20 +397,6 @@ impl App {
         if let Some(scene) = &status.scene {
             let name = format!("{}.toml", scene_name(scene.path()));
             self.dialogs.save(ctx, &name, "toml");
-        }
-    }
-
-    /// Asks what becomes of edits where the window is to close.
-    fn quit(&mut self, ctx: &Context, status: &Status) {
-        if !self.unsaved.holds_back(ctx, &self.model.desc) {
-            return;
-        }
-        if let Some(answer) = panels::quit_ui(ctx) {
-            self.unsaved.answered(answer);
-            if answer == unsaved::Answer::Save {
-                self.ask_where_to_save_scene(ctx, status);
-            }
-            ctx.request_repaint();
         }
     }
 
@@ -512,24 +457,6 @@ impl App {
         let (text, is_error) = (text.to_owned(), false);
         self.banners
             .add(Notice { text, is_error }, ctx.input(|i| i.time));
-    }
-
-    /// Reads a file again that was changed on disk, or offers to where edits would be lost.
-    fn notice_changes(&mut self, ctx: &Context, status: &Status) {
-        if let Some(saved) = self.session.take_saved() {
-            self.unsaved.saved(&saved, status);
-        }
-        let Some(path) = self.unsaved.changed_on_disk() else {
-            return;
-        };
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        if self.unsaved.is_any(&self.model.desc) {
-            self.banners.changed = Some(name.into_owned());
-        } else if let Some(scene) = &status.scene {
-            self.say(ctx, &format!("{name} was changed on disk and read again"));
-            self.unsaved.keeps_view();
-            self.session.open(scene.path());
-        }
     }
 
     /// Sends the engine what this frame has changed.
