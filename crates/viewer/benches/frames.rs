@@ -193,16 +193,17 @@ impl Driver {
         }
     }
 
-    /// Drags each slider from end to end and back, one after another.
+    /// Drags each slider from end to end and back, one after another from below: the dear end of
+    /// depth and samples comes last.
     fn drag(&mut self, raw: &mut RawInput, elapsed: f64) {
         let sliders = self.sliders.get();
         let each = THIRD / sliders.len().max(1) as f64;
         let along = elapsed / each;
-        let Some((_, rect)) = sliders.get(along as usize) else {
+        let Some((_, rect)) = sliders.iter().rev().nth(along as usize) else {
             self.release(raw);
             return self.enter(Stage::Resizing);
         };
-        let share = 0.5 - 0.5 * (along.fract() * std::f64::consts::TAU).cos();
+        let share = 0.5 + 0.5 * (along.fract() * std::f64::consts::TAU).cos();
         let at = rect.left_center() + egui::vec2(rect.width() * share as f32, 0.0);
         let is_next = self.held.is_some_and(|held| held.y != at.y);
         if is_next {

@@ -28,7 +28,7 @@ pub fn object_ui(ui: &mut Ui, model: &mut Model, status: &Status, actions: &mut 
                 change(ui, actions);
             }
             None => {
-                ui.weak("Click an object in the picture to move, turn or scale it.");
+                ui.weak("Click an object to move, turn or scale it.");
             }
         }
         add(ui, model, scene, actions);

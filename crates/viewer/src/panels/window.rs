@@ -4,14 +4,8 @@ use egui::{ThemePreference, Ui};
 
 use super::widgets::{labelled, section};
 
-/// Sizes of everything, by themselves and as shares of the usual one.
-const SCALES: [(&str, f32); 5] = [
-    ("100 %", 1.0),
-    ("125 %", 1.25),
-    ("150 %", 1.5),
-    ("175 %", 1.75),
-    ("200 %", 2.0),
-];
+/// Sizes of everything, per cent of the usual one.
+const SCALES: [u16; 5] = [100, 125, 150, 175, 200];
 
 /// Theme and scale.
 pub fn window_ui(ui: &mut Ui) {
@@ -36,12 +30,14 @@ pub fn window_ui(ui: &mut Ui) {
         let tip = "Size of text and controls. Ctrl++ and Ctrl+- change it too.";
         let before = ui.ctx().zoom_factor();
         let mut scale = before;
-        labelled(ui, "Scale", tip, |ui| {
+        labelled(ui, "Scale, %", tip, |ui| {
             ui.spacing_mut().item_spacing.x = 0.0;
-            ui.spacing_mut().button_padding.x = 3.0;
-            for (name, share) in SCALES {
-                ui.selectable_value(&mut scale, share, name)
-                    .on_hover_text(tip);
+            ui.spacing_mut().button_padding.x = 4.0;
+            for percent in SCALES {
+                let share = f32::from(percent) / 100.0;
+                ui.selectable_value(&mut scale, share, percent.to_string())
+                    .on_hover_text(tip)
+                    .accessible_name(format!("{percent} %"));
             }
         });
         if scale != before {
