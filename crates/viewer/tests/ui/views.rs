@@ -117,6 +117,7 @@ fn surfaces_are_shown_while_the_samples_go_on() {
     // Another camera shows other surfaces, and its samples are taken behind them.
     show(&mut window, "object");
     let before = window.snapshot();
+    window.seen = before.number;
     let middle = window.at(0.5, 0.5);
     window.drag(egui::PointerButton::Primary, middle, Vec2::new(40.0, 10.0));
     window.done();
