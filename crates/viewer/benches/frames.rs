@@ -243,7 +243,7 @@ impl Driver {
     fn watch(&mut self, ctx: &Context, stage: Stage) {
         self.enter(stage);
         let ctx = ctx.clone();
-        std::thread::spawn(move || {
+        let watch = move || {
             // What was begun comes to its end first.
             std::thread::sleep(Duration::from_secs(3));
             let before = processor_seconds();
@@ -258,7 +258,9 @@ impl Driver {
             }
             ctx.data_mut(|d| d.insert_temp(egui::Id::NULL, true));
             ctx.request_repaint();
-        });
+        };
+        let thread = std::thread::Builder::new().name("watch".into());
+        thread.spawn(watch).expect("a thread");
     }
 }
 

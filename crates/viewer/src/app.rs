@@ -12,6 +12,7 @@ use lightbox_core::scene::{BUILTIN, CameraDesc};
 use crate::aov::Aov;
 use crate::autopsy::AutopsyPanel;
 use crate::bookmarks;
+use crate::commands::INTERRUPTED;
 use crate::dialogs::{Answer, Dialogs, OPENS};
 use crate::flight;
 use crate::keys::{self, Action};
@@ -32,9 +33,6 @@ const OFFSET_STEP: f32 = 0.1;
 
 /// The window's icon: `dist/lightbox.svg` at 128×128 (`rsvg-convert -w 128`).
 const ICON: &[u8] = include_bytes!("icon.png");
-
-/// Exit status after SIGINT or SIGTERM.
-const INTERRUPTED: i32 = 130;
 
 /// What to do where no window can be opened.
 const WITHOUT_WINDOW: &str = "use `lightbox render SCENE -o OUT.png` instead";
@@ -62,11 +60,14 @@ pub fn run(path: Option<PathBuf>) -> Result<(), String> {
     let create: eframe::AppCreator<'_> = Box::new(|context| {
         let settings = Settings::load(context.storage);
         let app = App::new(&context.egui_ctx, path)?.remembering(settings);
-        // Not by way of the window, which may be out of sight and draw nothing.
         let end = app.session.ender();
         ctrlc::set_handler(move || {
             end();
-            std::process::exit(INTERRUPTED);
+            #[expect(
+                clippy::disallowed_methods,
+                reason = "a window out of sight draws nothing, and never comes back to main"
+            )]
+            std::process::exit(INTERRUPTED.into());
         })?;
         Ok(Box::new(app))
     });
