@@ -16,7 +16,7 @@ pub const COLORS: [Color32; Strategy::ALL.len()] = [
 ];
 
 /// Colour of what is in the shade.
-const SHADED: Color32 = Color32::from_rgb(200, 80, 90);
+pub const SHADED: Color32 = Color32::from_rgb(200, 80, 90);
 
 /// The nearest that something is drawn, as a share of the distance to the camera's target.
 const NEAR: f32 = 1e-3;

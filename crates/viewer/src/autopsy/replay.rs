@@ -1,11 +1,11 @@
 //! One sample of the pixel, step by step.
 
-use egui::{RichText, Ui};
+use egui::{Color32, RichText, Ui};
 use glam::Vec3;
 use lightbox_core::Scene;
 use lightbox_core::integrator::replay::{Segment, Strategy};
 
-use super::draw::{COLORS, Canvas};
+use super::draw::{COLORS, Canvas, SHADED};
 use super::trace::{Found, Path};
 use crate::panels::format::{count, length, short};
 use crate::panels::slider_row;
@@ -117,12 +117,12 @@ fn line(ui: &mut Ui, scene: &Scene, number: usize, segment: &Segment) {
         ),
     };
     ui.label(place);
-    let mut found = |strategy: Strategy, text: String| {
-        let text = RichText::new(format!("    {text}"));
-        ui.label(text.color(COLORS[strategy as usize]));
+    let mut found = |color: Color32, text: String| {
+        ui.label(RichText::new(format!("    {text}")).color(color));
     };
     if segment.met != Vec3::ZERO {
-        found(Strategy::Met, format!("met: {}", rgb(segment.met)));
+        let color = COLORS[Strategy::Met as usize];
+        found(color, format!("met: {}", rgb(segment.met)));
     }
     for aim in &segment.aims {
         let light = &scene.object(aim.light).label;
@@ -130,11 +130,11 @@ fn line(ui: &mut Ui, scene: &Scene, number: usize, segment: &Segment) {
             Some(_) => (Strategy::ByMirror, " by mirror"),
             None => (Strategy::Aimed, ""),
         };
-        let what = match aim.is_free {
-            true => rgb(aim.radiance),
-            false => "in the shade".into(),
+        let (color, what) = match aim.is_free {
+            true => (COLORS[strategy as usize], rgb(aim.radiance)),
+            false => (SHADED, "in the shade".into()),
         };
-        found(strategy, format!("aimed at {light}{way}: {what}"));
+        found(color, format!("aimed at {light}{way}: {what}"));
     }
 }
 

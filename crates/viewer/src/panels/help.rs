@@ -1,8 +1,11 @@
 //! The window that lists all keys and gestures.
 
-use egui::{Align2, Context, KeyboardShortcut, Window};
+use egui::{Align2, Context, KeyboardShortcut, ScrollArea, Window};
 
 use crate::keys::{self, GESTURES};
+
+/// Room for the window's title and edges, points.
+const AROUND: egui::Vec2 = egui::Vec2::new(60.0, 90.0);
 
 /// Shows the list while `open`.
 pub fn help_ui(ctx: &Context, open: &mut bool) {
@@ -12,32 +15,51 @@ pub fn help_ui(ctx: &Context, open: &mut bool) {
         .frame(frame)
         .collapsible(false)
         .resizable(false);
+    let most = ctx.content_rect().size() - AROUND;
     window
         .pivot(Align2::CENTER_CENTER)
         .default_pos(ctx.content_rect().center())
         .show(ctx, |ui| {
-            egui::Grid::new("keys")
-                .num_columns(2)
-                .spacing([24.0, 5.0])
-                .show(ui, |ui| {
-                    for (gesture, text) in GESTURES {
-                        ui.strong(*gesture);
-                        ui.label(*text);
-                        ui.end_row();
-                    }
-                    for (_, _, action, text) in keys::all() {
-                        if text.is_empty() {
-                            continue;
-                        }
-                        // An action may have several keys; one line describes them.
-                        let same = keys::all().filter(|(_, _, a, _)| *a == action);
-                        let names: Vec<String> = same
-                            .map(|(m, k, _, _)| ctx.format_shortcut(&KeyboardShortcut::new(m, k)))
-                            .collect();
-                        ui.strong(names.join(" or ").replace("Questionmark", "?"));
-                        ui.label(text);
-                        ui.end_row();
+            let room = ScrollArea::both().max_width(most.x).max_height(most.y);
+            // Not the usual size of windows, but what it takes.
+            let room = room.min_scrolled_width(most.x).min_scrolled_height(most.y);
+            room.show(ui, |ui| {
+                let lines = lines(ctx);
+                ui.horizontal_top(|ui| {
+                    let columns = lines.chunks(lines.len().div_ceil(2));
+                    for (i, column) in columns.enumerate() {
+                        let grid = egui::Grid::new(("keys", i)).num_columns(2);
+                        grid.spacing([16.0, 1.0]).show(ui, |ui| {
+                            for (names, text) in column {
+                                ui.strong(names);
+                                ui.label(*text);
+                                ui.end_row();
+                            }
+                        });
+                        ui.add_space(12.0);
                     }
                 });
+            });
         });
+}
+
+/// Gestures and keys, and what they do.
+fn lines(ctx: &Context) -> Vec<(String, &'static str)> {
+    let gestures = GESTURES
+        .iter()
+        .map(|(name, text)| ((*name).to_owned(), *text));
+    let described = keys::all().filter(|(_, _, _, text)| !text.is_empty());
+    let keys = described.map(|(_, _, action, text)| {
+        // An action may have several keys; one line describes them.
+        let same = keys::all().filter(|(_, _, a, _)| *a == action);
+        let names: Vec<String> = same
+            .map(|(m, k, _, _)| ctx.format_shortcut(&KeyboardShortcut::new(m, k)))
+            .collect();
+        let names = names.join(" or ");
+        (
+            names.replace("Questionmark", "?").replace("Equals", "="),
+            text,
+        )
+    });
+    gestures.chain(keys).collect()
 }
