@@ -146,22 +146,24 @@ impl View {
     /// rayon pool. Returns early when `cancel` is set: tiles in work are dropped, finished ones
     /// stay, and a later call goes on from there.
     pub fn render(&self, film: &Film, samples: u64, cancel: &AtomicBool) -> Work {
-        self.render_tiles(film, 0..film.tiles(), samples, cancel)
+        let tiles: Vec<usize> = (0..film.tiles()).collect();
+        self.render_tiles(film, &tiles, samples, cancel)
     }
 
     /// [`View::render`] for some tiles only, counted from the centre of the picture outwards; those
-    /// that come first are begun first.
+    /// that come first are begun first. Not generic: what it calls is compiled with this crate, in one
+    /// unit, or shading takes four times as long.
     pub fn render_tiles(
         &self,
         film: &Film,
-        tiles: impl IntoParallelIterator<Item = usize, Iter: IndexedParallelIterator>,
+        tiles: &[usize],
         samples: u64,
         cancel: &AtomicBool,
     ) -> Work {
         tiles
-            .into_par_iter()
+            .par_iter()
             .with_max_len(1)
-            .map(|tile| self.render_tile(film, tile, samples, cancel))
+            .map(|&tile| self.render_tile(film, tile, samples, cancel))
             .reduce(Work::default, |a, b| a + b)
     }
 

@@ -268,9 +268,7 @@ impl Picture {
         let never = AtomicBool::new(false);
         let cancel = if is_first { &never } else { cancel };
         let start = Instant::now();
-        let work = self
-            .view
-            .render_tiles(&self.film, tiles.par_iter().copied(), self.goal, cancel);
+        let work = self.view.render_tiles(&self.film, tiles, self.goal, cancel);
         let took = start.elapsed();
         self.progress.seconds += took.as_secs_f64();
         self.work = self.work + work;
