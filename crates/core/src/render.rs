@@ -17,8 +17,7 @@ use crate::work::{Stage, Stopwatch, Work};
 
 pub mod autopsy;
 
-/// Paths that advance together: enough to share the cost of each step, few enough to stay in the
-/// second cache.
+/// Paths that advance together: as many as rays that go through the tree in one batch.
 const WAVE: usize = 4096;
 
 /// A scene, a camera and settings: all that decides a picture.

@@ -15,7 +15,7 @@ pub struct Progress<'a> {
 }
 
 /// What finishing a part that one thread builds alone costs for each of its primitives, where
-/// one pass over a primitive that divides a larger part costs 1 (measured at a million).
+/// one pass over a primitive that divides a larger part costs 1; a rough share, for a bar.
 const ALONE: usize = 8;
 
 /// How much there is to do, of which parts of up to `serial` primitives are built alone.

@@ -11,7 +11,7 @@ use crate::accel::bvh::{self, Leaves};
 use crate::accel::{self, Bvh, KdTree, Progress, TreeStats};
 use crate::math::{Aabb, Ray};
 use crate::settings::AccelKind;
-use crate::shape::{ShearedRay, TriangleRuns};
+use crate::shape::{Place, ShearedRay, TriangleRuns};
 use crate::simd::{Kernel, Lanes, Portable, Task};
 
 /// Below this many triangles, testing them all beats walking a tree (measured:
@@ -449,12 +449,8 @@ fn test_run<L: Lanes>(
     while mask != 0 {
         let lane = mask.trailing_zeros();
         mask &= mask - 1;
-        let hit = runs.hit(
-            (&triangles, lane),
-            || *ray,
-            (first, count, lane),
-            search.limit(),
-        );
-        offer_triangle(hit, Face(runs.tag(first, count, lane)), search);
+        let place = Place::new(first, count).after(lane);
+        let hit = runs.hit((&triangles, lane), || *ray, place, search.limit());
+        offer_triangle(hit, Face(runs.tag_at(place)), search);
     }
 }

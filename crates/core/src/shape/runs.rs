@@ -154,34 +154,14 @@ impl TriangleRuns {
         &self,
         (pairs, pair): (&Apart, u32),
         ray: impl FnOnce() -> ShearedRay,
-        (first, count, lane): (u32, u32, u32),
+        place: Place,
         t_max: f32,
     ) -> Option<TriangleHit> {
         let (hit, is_clear) = pairs.hit(pair, t_max)?;
         if is_clear {
             return Some(hit);
         }
-        ray()
-            .meets_plane(self.triangle(first, count, lane))
-            .then_some(hit)
-    }
-
-    /// The vertices of a triangle of a run.
-    #[inline(always)]
-    pub(crate) fn triangle(&self, first: u32, count: u32, lane: u32) -> [Vec3; 3] {
-        let (n, i) = (count as usize, lane as usize);
-        let run = &self.words[first as usize * WORDS..][..n * WORDS];
-        let vertex = |v: usize| {
-            let axis = |axis: usize| run[(3 * v + axis) * n + i];
-            Vec3::new(axis(0), axis(1), axis(2))
-        };
-        [vertex(0), vertex(1), vertex(2)]
-    }
-
-    /// The tag of a triangle of a run.
-    #[inline(always)]
-    pub fn tag(&self, first: u32, count: u32, lane: u32) -> u32 {
-        self.words[first as usize * WORDS + 9 * count as usize + lane as usize].to_bits()
+        ray().meets_plane(self.triangle_at(place)).then_some(hit)
     }
 }
 
@@ -430,12 +410,15 @@ mod test {
                     }
                     for lane in 0..count {
                         let triangle = triangles[(first + lane) as usize];
-                        assert_eq!(runs.tag(first, count, lane), first + lane + 7);
+                        assert_eq!(
+                            runs.tag_at(Place::new(first, count).after(lane)),
+                            first + lane + 7
+                        );
                         let hit = sheared.triangle(triangle, t_max);
                         let is_candidate = mask >> lane & 1 == 1;
                         assert!(hit.is_none() || is_candidate, "{ray:?} {triangle:?}");
                         if is_candidate {
-                            let at = (first, count, lane);
+                            let at = Place::new(first, count).after(lane);
                             let found = runs.hit((&found.apart(), lane), || sheared, at, t_max);
                             assert_eq!(found, hit);
                         }
