@@ -321,7 +321,9 @@ impl App {
             Action::Keep if status.samples > 0 => self.viewport.compare.keep(&self.session),
             Action::Keep => self.complain(ctx, "there is no picture to keep yet".into()),
             Action::Strip => self.viewport.compare.toggle_strip(),
-            Action::Compare(_) if status.reference.is_none() => {
+            Action::Compare(_)
+                if status.reference.is_none() && !self.viewport.compare.is_keeping() =>
+            {
                 let text = "nothing to compare with yet: K keeps this picture";
                 self.complain(ctx, text.into());
             }

@@ -65,6 +65,8 @@ pub struct Compare {
     kept: Vec<Kept>,
     /// What was taken up last. It may have been forgotten since, while the engine still has it.
     last: Weak<Reference>,
+    /// A picture is to be kept as soon as the engine's pass ends.
+    is_keeping: bool,
     other: Texture,
 }
 
@@ -76,6 +78,7 @@ impl Default for Compare {
             is_open: true,
             kept: Vec::new(),
             last: Weak::new(),
+            is_keeping: false,
             other: Texture::new("kept picture"),
         }
     }
@@ -95,7 +98,13 @@ impl Compare {
     /// Keeps the present picture, and compares with it.
     pub fn keep(&mut self, session: &Session) {
         self.is_open = true;
+        self.is_keeping = true;
         session.keep_reference();
+    }
+
+    /// Whether a picture is about to be kept.
+    pub fn is_keeping(&self) -> bool {
+        self.is_keeping
     }
 
     /// The part of the window's space that the present picture gets.
@@ -207,6 +216,7 @@ impl Compare {
             return;
         }
         self.last = Arc::downgrade(reference);
+        self.is_keeping = false;
         let is_there = |kept: &Kept| Arc::ptr_eq(&kept.picture, reference);
         if self.kept.iter().any(is_there) {
             return;

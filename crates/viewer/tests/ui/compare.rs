@@ -86,6 +86,17 @@ fn without_a_kept_picture_there_is_nothing_to_compare_with() {
 }
 
 #[test]
+fn comparing_may_be_asked_for_while_the_picture_is_being_kept() {
+    let mut window = Window::open(SCENE);
+    // In one frame: the engine keeps a picture after its pass, which may take seconds.
+    window.harness.key_press(Key::K);
+    window.harness.key_press(Key::B);
+    window.wait("both", |w| w.harness.state().session().other().is_some());
+    let text = "nothing to compare with yet: K keeps this picture";
+    assert!(window.harness.query_by_label_contains(text).is_none());
+}
+
+#[test]
 fn the_kept_picture_is_shown_beside_the_present_one() {
     let mut window = Window::open(SCENE);
     let light = window.snapshot().rgb.clone();
