@@ -20,6 +20,9 @@ const CAMERA: &str = "Camera (default: the scene's)";
 const PNG: &str = "PNG";
 const SLICES: &str = "Slices and sittings";
 
+/// Most samples and slices: as far as scene files, parts and the scripts of `submit` can count.
+const MAX_COUNT: u64 = i64::MAX as u64;
+
 /// Open a scene or mesh in the viewer, or run a command without a window.
 #[derive(Debug, Parser)]
 #[command(name = "lightbox", version, args_conflicts_with_subcommands = true, after_help = builtin_scenes())]
@@ -419,8 +422,8 @@ fn depth(text: &str) -> Result<u32, String> {
 }
 
 fn count(text: &str) -> Result<u64, String> {
-    let number = text.parse().ok().filter(|n| *n > 0);
-    number.ok_or_else(|| "use a whole number from 1 on".into())
+    let number = text.parse().ok().filter(|n| (1..=MAX_COUNT).contains(n));
+    number.ok_or_else(|| format!("use a whole number from 1 to {MAX_COUNT}"))
 }
 
 fn seed(text: &str) -> Result<u64, String> {
@@ -437,8 +440,7 @@ fn positive(text: &str) -> Result<f64, String> {
 }
 
 fn samples(text: &str) -> Result<Range<u64>, String> {
-    // As far as a part's head can count.
-    let index = |text: &str| text.parse().ok().filter(|i| *i <= i64::MAX as u64);
+    let index = |text: &str| text.parse().ok().filter(|i| *i <= MAX_COUNT);
     text.split_once("..")
         .and_then(|(start, end)| Some(index(start)?..index(end)?))
         .filter(|samples| !samples.is_empty())
@@ -528,6 +530,10 @@ mod tests {
             assert!(samples(text).is_err(), "{text}");
         }
         assert_eq!(samples("64..128"), Ok(64..128));
+        for text in ["0", "-1", "1.5", "9223372036854775808"] {
+            assert!(count(text).is_err(), "{text}");
+        }
+        assert_eq!(count("9223372036854775807"), Ok(MAX_COUNT));
         assert!(depth("0").is_err() && depth("unlimited").is_ok());
     }
 }

@@ -164,7 +164,7 @@ fn bad_usage_has_status_two() {
         ("-o a.png --size 99999x10", "from 1 to 16384"),
         ("-o a.png --size abc", "640x480"),
         ("-o a.png --spp 0", "--spp"),
-        ("-o a.png --spp -1", "from 1 on"),
+        ("-o a.png --spp -1", "from 1 to"),
         ("-o a.png --seed -1", "from 0 to"),
         ("-o a.png --threads -1", "-1"),
         ("-o a.png --seconds 0", "positive"),

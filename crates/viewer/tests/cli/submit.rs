@@ -271,7 +271,12 @@ fn what_cannot_be_is_refused_before_anything_is_written() {
     }
     for (options, expected) in [
         ("", "--slices"),
-        ("--slices 0", "from 1 on"),
+        ("--slices 0", "from 1 to"),
+        // More than bash can count.
+        (
+            "--slices 2 --spp 9223372036854775808",
+            "use a whole number from 1 to 9223372036854775807",
+        ),
         ("--slices 2 --threads 0", "--threads"),
         ("--slices 2 --every 0", "positive"),
     ] {
