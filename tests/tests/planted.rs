@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use lightbox_core::agreement::{Agreement, Light};
 use lightbox_core::planted::{Bug, plant};
-use lightbox_core::{Method, lab};
+use lightbox_core::{Film, Method, lab};
 use lightbox_tests::{film, shipped, view};
 
 /// Defects and the case that must find each.
@@ -43,6 +43,37 @@ fn every_planted_defect_is_found_by_the_case_meant_for_it() {
     }
     plant(None);
     agreement_sees_biased_methods();
+    what_is_shared_falls_where_it_belongs();
+}
+
+/// Pixels share within a tile: what one gets too much another lacks, which means of tiles do not see.
+fn what_is_shared_falls_where_it_belongs() {
+    let scene = shipped("cornell-box").build(&lightbox_core::scene::unwatched);
+    let scene = Arc::new(scene.expect("a scene"));
+    let render = |method, samples| {
+        film(&view(&scene, |s| {
+            (s.width, s.height) = (16, 16);
+            (s.method, s.samples) = (method, samples);
+        }))
+    };
+    let noise = |film: &Film| film.error().expect("two samples").rel_mse;
+    let mis = render(Method::Mis, 4096);
+    let truth = mis.develop();
+    for bug in [
+        None,
+        Some(Bug::ReusedCosineDropped),
+        Some(Bug::ReusedUnseen),
+    ] {
+        plant(bug);
+        let reuse = render(Method::Reuse, 4096);
+        plant(None);
+        let shared = reuse.develop();
+        let pairs = shared.pixels.iter().zip(&truth.pixels);
+        let error = pairs.map(|(a, b)| ((*a - b).powf(2.0) / (b * b + 0.01)).element_sum());
+        let error = f64::from(error.sum::<f32>()) / (3.0 * 256.0);
+        let ratio = error / (noise(&mis) + noise(&reuse));
+        assert_eq!(ratio < 2.0, bug.is_none(), "{bug:?}: {ratio}");
+    }
 }
 
 /// A defect that one method has and another has not makes them disagree; without it they agree.
@@ -65,6 +96,7 @@ fn agreement_sees_biased_methods() {
         ("cornell-box", Some(Bug::CosineDropped), Method::Nee),
         ("cornell-box", Some(Bug::CosineDropped), Method::Mis),
         ("cornell-box", Some(Bug::OneSidedFlagFlipped), Method::Mis),
+        ("cornell-box", None, Method::Reuse),
         ("sphere-mirror", None, Method::Mis),
         ("sphere-mirror", Some(Bug::DetoursCountedTwice), Method::Mis),
         ("glass-sphere", None, Method::Caustics),

@@ -54,6 +54,7 @@ fn methods_agree() {
         // Lights behind glass and mirrors of other shapes, which nobody can aim at, are counted when run into.
         comparisons.agree(&means(Method::Nee), &mis);
         comparisons.agree(&means(Method::Caustics), &mis);
+        comparisons.agree(&means(Method::Reuse), &mis);
         assert_holds(comparisons, resolution, name);
     }
 }
@@ -135,6 +136,7 @@ fn methods_agree_among_mirror_spheres() {
         comparisons.agree(&means(Method::Naive), &mis);
         comparisons.agree(&means(Method::Nee), &mis);
         comparisons.agree(&means(Method::Caustics), &mis);
+        comparisons.agree(&means(Method::Reuse), &mis);
         assert_holds(comparisons, 0.02, &format!("depth {depth}"));
     }
 }
@@ -192,7 +194,9 @@ fn light_paths_agree_with_camera_paths() {
             })
         };
         let mut comparisons = Comparisons::default();
-        comparisons.agree(&means(Method::Caustics), &means(Method::Naive));
+        let naive = means(Method::Naive);
+        comparisons.agree(&means(Method::Caustics), &naive);
+        comparisons.agree(&means(Method::Reuse), &naive);
         assert_holds(comparisons, 0.02, &format!("depth {depth}, {filter}"));
     }
 }

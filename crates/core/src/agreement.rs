@@ -4,6 +4,8 @@
 //! Each tile's mean is compared by Welch's t test. Its variance is the sum of its pixels', each
 //! told by the difference of the pixel's halves; the degrees of freedom are those of that sum
 //! (Satterthwaite 1946), so that a tile whose noise is that of one bright outlier proves little.
+//! Where pixels share light, their covariance, as a share of the variance over the whole picture, adds
+//! to it and takes as many degrees of freedom.
 //! The smallest of m tile p-values is corrected for their number: 1 − (1 − p)^m (Šidák 1967).
 
 use statrs::distribution::{ContinuousCDF as _, StudentsT};
@@ -39,7 +41,30 @@ impl Light {
             to.sum += from.sum;
             to.square += from.square;
             to.fourth += from.fourth;
+            to.products += from.products;
         }
+    }
+
+    /// How many times the variance of a mean is what pixels that have nothing in common would give.
+    fn inflation(&self) -> f64 {
+        let sum = |of: fn(&TileLight) -> f64| self.0.iter().map(of).sum::<f64>();
+        let (products, squares) = (sum(|tile| tile.products), sum(|tile| tile.square));
+        1.0 + if squares > 0.0 {
+            (products / squares).max(0.0)
+        } else {
+            0.0
+        }
+    }
+
+    /// With the variance that the tiles' means have, and as many degrees of freedom as these.
+    fn inflated(&self) -> Self {
+        let inflation = self.inflation();
+        let inflated = |tile: &TileLight| TileLight {
+            square: inflation * tile.square,
+            fourth: inflation.powi(3) * tile.fourth,
+            ..*tile
+        };
+        Self(self.0.iter().map(inflated).collect())
     }
 
     /// Variance over mean of a typical tile. Of rare light it is the same everywhere but for
@@ -88,6 +113,7 @@ impl Agreement {
     /// If they differ in size.
     pub fn between(a: &Light, b: &Light) -> Self {
         assert_eq!(a.0.len(), b.0.len(), "pictures of one size");
+        let (a, b) = (&a.inflated(), &b.inflated());
         let ratios = [a, b].map(Light::variance_ratio);
         let tiles: Vec<TileDifference> =
             a.0.iter()

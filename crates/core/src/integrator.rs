@@ -19,13 +19,14 @@
 //! The background is not aimed at: it counts fully in every method.
 //!
 //! Paths advance together, a bounce at a time, as a [`Wave`]: all their rays are cast, then all
-//! hits are shaded, `GROUP` side by side, then all shadow rays are cast. No path sees another, so
-//! what a path finds does not depend on its wave.
+//! hits are shaded, `GROUP` side by side, then all shadow rays are cast. No path sees another, but for
+//! those of a group at the end with `reuse`, so what a path finds does not depend on its wave.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::Vec3;
 
+use crate::bsdf::Bsdf;
 use crate::camera::Camera;
 use crate::film::Followed;
 use crate::geometry::Hit;
@@ -37,10 +38,12 @@ use crate::scene::Scene;
 use crate::settings::{Method, UNLIMITED};
 use crate::simd::{Lanes, Task};
 use crate::work::{Stage, Stopwatch};
+use reuse::{Reuse, Surface};
 use vertices::Vertices;
 
 pub(crate) mod light_paths;
 pub mod replay;
+pub(crate) mod reuse;
 mod vertices;
 
 /// Density of a direction that was the only one possible: from the camera, mirror or glass.
@@ -121,7 +124,7 @@ impl Transport<'_> {
     /// Whether light that several methods find is shared by weights.
     #[inline(always)]
     fn weights(&self) -> bool {
-        matches!(self.method, Method::Mis | Method::Caustics)
+        matches!(self.method, Method::Mis | Method::Caustics | Method::Reuse)
     }
 
     /// Whether paths aim at lights by way of mirror spheres from their surface at a bounce: a
@@ -166,6 +169,9 @@ pub struct Wave {
     /// Light that the paths have run into, and left to light paths; all channels.
     left: f64,
     vertices: Vertices,
+    reuse: Reuse,
+    /// What paths that are followed further had shared within the depth.
+    later_within: Vec<Vec3>,
 }
 
 impl Wave {
@@ -197,6 +203,13 @@ impl Wave {
         self.paths.clear();
         self.rays.clear();
         self.radiance.clear();
+        self.reuse.clear();
+    }
+
+    /// Lets the paths from the last group on, up to number `count`, share what they find, if the
+    /// method does.
+    pub fn end_group(&mut self, count: usize) {
+        self.reuse.end_group(count);
     }
 
     /// Follows all paths to their ends, at most to the depth, and returns the radiance that each
@@ -216,10 +229,10 @@ impl Wave {
         let is_followed = followed.is_some();
         // Light counted so far, by paths of how many segments it is found, and what follows.
         let mut counted = 0.0;
-        let mut count = |segments: u32, radiance: &[Vec3], left: f64| {
+        let mut count = |segments: u32, wave: &Self| {
             if let Some(followed) = &mut followed {
-                let light = radiance.iter().map(|r| f64::from(r.element_sum()));
-                let light = left + light.sum::<f64>();
+                let light = wave.radiance.iter().map(|r| f64::from(r.element_sum()));
+                let light = wave.left + light.sum::<f64>() + wave.reuse.light();
                 followed.add(segments, light - counted, segments > depth);
                 counted = light;
             }
@@ -230,6 +243,9 @@ impl Wave {
             self.light_shares.resize(self.radiance.len(), 0.0);
         }
         self.left = 0.0;
+        if transport.method == Method::Reuse && self.reuse.has_groups() {
+            self.reuse.begin(self.radiance.len());
+        }
         for bounce in 0..if is_followed { UNLIMITED } else { depth } {
             if self.paths.is_empty() {
                 break;
@@ -251,9 +267,10 @@ impl Wave {
             scene.intersect_all(&self.rays, &mut self.hits);
             watch.lap(stage(Stage::Traversal));
             self.shade(transport, bounce, step);
-            count(bounce + 1, &self.radiance, self.left);
+            count(bounce + 1, self);
             if bounce + 1 == depth && is_followed {
                 self.within.clone_from(&self.radiance);
+                self.later_within.clone_from(&self.reuse.later);
             }
             watch.lap(stage(Stage::Shading));
             if cancel.load(Ordering::Relaxed) {
@@ -263,23 +280,22 @@ impl Wave {
             if !is_beyond {
                 *rays += self.shadow_rays.len() as u64;
             }
-            let shadow_rays = &self.shadow_rays;
+            let (shadow_rays, radiance) = (&self.shadow_rays, &mut self.radiance);
+            let reuse = &mut self.reuse;
             scene.geometry().occluded_many(
                 shadow_rays.len(),
                 |i| (shadow_rays[i].ray, shadow_rays[i].light),
                 |i, shaded| {
                     if !shaded {
-                        let ShadowRay {
-                            index, radiance, ..
-                        } = shadow_rays[i];
-                        self.radiance[index as usize] += radiance;
+                        let ray = &shadow_rays[i];
+                        *reuse.aimed(radiance, ray.index, bounce) += ray.radiance;
                     }
                 },
             );
-            count(bounce.saturating_add(2), &self.radiance, self.left);
+            count(bounce.saturating_add(2), self);
             if transport.detours(bounce) {
-                *rays += self.take_detours(transport);
-                count(bounce + 3, &self.radiance, self.left);
+                *rays += self.take_detours(transport, bounce);
+                count(bounce + 3, self);
             }
             watch.lap(if is_beyond {
                 Stage::Measuring
@@ -288,16 +304,20 @@ impl Wave {
             });
         }
         // Empty, too, if all paths ended before.
-        let found = if self.within.is_empty() {
-            &self.radiance
-        } else {
-            &self.within
-        };
-        Some(found)
+        if !self.within.is_empty() {
+            std::mem::swap(&mut self.radiance, &mut self.within);
+            std::mem::swap(&mut self.reuse.later, &mut self.later_within);
+        }
+        if self.reuse.is_on() {
+            *rays += self.reuse.share(transport, &mut self.radiance);
+            watch.lap(Stage::Reuse);
+        }
+        Some(&self.radiance)
     }
 
     /// Adds the light that arrives by way of mirror spheres; returns the number of rays cast.
-    fn take_detours(&mut self, transport: &Transport<'_>) -> u64 {
+    fn take_detours(&mut self, transport: &Transport<'_>, bounce: u32) -> u64 {
+        let (reuse, radiance) = (&mut self.reuse, &mut self.radiance);
         let (detours, half_free) = (&self.detours, &mut self.half_free);
         let detour = |i: usize| &detours[i];
         half_free.clear();
@@ -317,7 +337,8 @@ impl Wave {
             |i| (detour(i).to_light, detour(i).light),
             |i, shaded| {
                 if !shaded {
-                    self.radiance[detour(i).index as usize] += detour(i).radiance;
+                    let detour = detour(i);
+                    *reuse.aimed(radiance, detour.index, bounce) += detour.radiance;
                 }
             },
         );
@@ -361,6 +382,9 @@ impl Wave {
             if bounce == 0 && !self.light_shares.is_empty() {
                 vertices.share_with_light_paths(transport, &mut self.light_shares);
             }
+            if self.reuse.is_on() {
+                vertices.offer(&mut self.reuse, bounce);
+            }
             for lane in 0..vertices.count {
                 if vertices.direction_pdf[lane] > 0.0 {
                     self.paths[kept] = vertices.path(lane);
@@ -380,9 +404,21 @@ impl Wave {
         let Transport { scene, method, .. } = *transport;
         let end = (first + GROUP).min(self.paths.len());
         let (paths, rays) = (&self.paths[first..end], &self.rays[first..end]);
-        let (vertices, radiance) = (&mut self.vertices, &mut self.radiance);
+        let vertices = &mut self.vertices;
+        let is_on = self.reuse.is_on();
+        let light_shares = &self.light_shares;
+        let met = |(reuse, radiance): (&mut Reuse, &mut [Vec3]), index: u32, light: Vec3| {
+            if is_on {
+                // Where light paths find it too, what it counts depends on the first surface.
+                let is_own = light_shares.get(index as usize).is_some_and(|s| *s > 0.0);
+                reuse.meets(radiance, index, bounce, light, is_own);
+            } else {
+                radiance[index as usize] += light;
+            }
+        };
         vertices.gather(scene, paths, rays, &self.hits[first..end], |path| {
-            radiance[path.index as usize] += path.throughput * scene.background();
+            let light = path.throughput * scene.background();
+            met((&mut self.reuse, &mut self.radiance), path.index, light);
         });
         for lane in 0..vertices.count {
             let i = vertices.source(lane);
@@ -397,19 +433,22 @@ impl Wave {
                     Method::Naive => 1.0,
                     Method::Nee if path.direction_pdf == AIMED_AT => 0.0,
                     Method::Nee => f32::from(is_only(path.direction_pdf)),
-                    Method::Mis | Method::Caustics if path.direction_pdf == AIMED_AT => {
+                    Method::Mis | Method::Caustics | Method::Reuse
+                        if path.direction_pdf == AIMED_AT =>
+                    {
                         f32::from(planted::has(Bug::DetoursCountedTwice))
                     }
                     Method::Mis if is_only(path.direction_pdf) => 1.0,
                     // Light paths do not know of lamps in glass.
-                    Method::Caustics if path.direction_pdf == THROUGH_GLASS => 1.0,
-                    Method::Caustics if path.direction_pdf == ONLY => {
+                    Method::Caustics | Method::Reuse if path.direction_pdf == THROUGH_GLASS => 1.0,
+                    Method::Caustics | Method::Reuse if path.direction_pdf == ONLY => {
                         match self.light_shares.get(path.index as usize) {
                             Some(share) if *share > 0.0 && bounce < transport.depth => {
                                 let more =
                                     share * transport.emission_pdf(hit.prim, &point, -ray.dir);
                                 let weight = power_heuristic(1.0, more);
                                 let light = path.throughput * material.emission;
+                                let light = self.reuse.head(path.index) * light;
                                 self.left += f64::from((1.0 - weight) * light.element_sum());
                                 if planted::has(Bug::CausticsCountedTwice) {
                                     1.0
@@ -420,20 +459,24 @@ impl Wave {
                             _ => 1.0,
                         }
                     }
-                    Method::Mis | Method::Caustics => power_heuristic(
+                    Method::Mis | Method::Caustics | Method::Reuse => power_heuristic(
                         path.direction_pdf,
                         scene.lights().pdf(ray.origin, hit.prim, point.p),
                     ),
                 };
-                let radiance = &mut self.radiance[path.index as usize];
-                *radiance += weight * path.throughput * material.emission;
+                let light = weight * path.throughput * material.emission;
+                met((&mut self.reuse, &mut self.radiance), path.index, light);
                 if is_last && planted::has(Bug::LastBounceEmissionDoubled) {
-                    *radiance += weight * path.throughput * material.emission;
+                    met((&mut self.reuse, &mut self.radiance), path.index, light);
                 }
             }
             if !is_last {
                 let n = if front { point.n } else { -point.n };
                 let bsdf = material.bsdf(|| scene.primitives().uv(hit));
+                if is_on && matches!(bsdf, Bsdf::Diffuse(_)) {
+                    let second = Surface { point, n };
+                    self.reuse.arrives(path.index, bounce, second, hit.prim);
+                }
                 vertices.set_surface(lane, hit.prim, n, front, bsdf);
             }
         }

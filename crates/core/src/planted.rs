@@ -37,6 +37,10 @@ pub enum Bug {
     DetoursCountedTwice,
     /// Light that light paths find counts fully where camera paths run into it, too.
     CausticsCountedTwice,
+    /// Reused light is shared without the cosine at the surface that it leaves.
+    ReusedCosineDropped,
+    /// Reused light is shared with what does not see it.
+    ReusedUnseen,
 }
 
 /// The planted defect; 0 for none.

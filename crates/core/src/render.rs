@@ -5,9 +5,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rayon::prelude::*;
 
 use crate::camera::Camera;
-use crate::film::{Film, Followed, Splat, Tile, is_followed};
+use crate::film::{APART, Film, Followed, Splat, Tile, TileRect, is_followed};
 use crate::filter::FilterSampler;
 use crate::integrator::light_paths::LightWave;
+use crate::integrator::reuse::MOST;
 use crate::integrator::{Transport, Wave};
 use crate::plan::{Part, Plan};
 use crate::sampler::{Dim, Sampler};
@@ -40,6 +41,19 @@ struct Place {
     sampler: Sampler,
     offset: [f32; 2],
     stratum: usize,
+}
+
+/// Groups of pixels of a tile that may share light, every [`APART`]th across and down; each is named by
+/// its first pixel.
+fn groups() -> impl Iterator<Item = [u32; 2]> + Clone {
+    (0..APART).flat_map(|y| (0..APART).map(move |x| [x, y]))
+}
+
+/// The pixels of a group, counted from the tile's corner.
+fn members(rect: &TileRect, [x, y]: [u32; 2]) -> impl Iterator<Item = [u32; 2]> + use<> {
+    let (width, height) = (rect.width, rect.height);
+    let row = move |y| (x..width).step_by(APART as usize).map(move |x| [x, y]);
+    (y..height).step_by(APART as usize).flat_map(row)
 }
 
 /// What a thread needs to render a tile.
@@ -182,11 +196,10 @@ impl View {
             batch,
             watch,
         };
-        let pixels = || (0..rect.height).flat_map(|y| (0..rect.width).map(move |x| [x, y]));
         for sample in (first..samples).filter(|sample| is_followed(&rect, *sample, depth)) {
             let mut followed = Followed::default();
-            let todo = pixels().map(|pixel| (pixel, sample));
-            let Some(paths) = self.render_wave(&mut bench, todo, cancel, Some(&mut followed))
+            let mut todo = groups().map(|group| (group, sample));
+            let Some(paths) = self.render_wave(&mut bench, &mut todo, cancel, Some(&mut followed))
             else {
                 return Work::default();
             };
@@ -194,12 +207,11 @@ impl View {
             work.paths += paths;
         }
         let others = (first..samples).filter(|sample| !is_followed(&rect, *sample, depth));
-        let mut todo = pixels()
-            .flat_map(|pixel| others.clone().map(move |sample| (pixel, sample)))
+        let mut todo = groups()
+            .flat_map(|group| others.clone().map(move |sample| (group, sample)))
             .peekable();
         while todo.peek().is_some() {
-            let Some(paths) = self.render_wave(&mut bench, todo.by_ref().take(WAVE), cancel, None)
-            else {
+            let Some(paths) = self.render_wave(&mut bench, &mut todo, cancel, None) else {
                 return Work::default();
             };
             work.paths += paths;
@@ -212,11 +224,12 @@ impl View {
         work
     }
 
-    /// Adds some samples to the batch, and returns how many; `None` if `cancel` was set meanwhile.
+    /// Adds samples of groups of pixels to the batch, as many as make a wave, and returns how many;
+    /// `None` if `cancel` was set meanwhile.
     fn render_wave(
         &self,
         bench: &mut Bench,
-        todo: impl Iterator<Item = ([u32; 2], u64)>,
+        todo: &mut impl Iterator<Item = ([u32; 2], u64)>,
         cancel: &AtomicBool,
         followed: Option<&mut Followed>,
     ) -> Option<u64> {
@@ -235,17 +248,22 @@ impl View {
         let (left, top) = (batch.rect.x, batch.rect.y);
         wave.clear();
         places.clear();
-        places.extend(todo.map(|([x, y], sample)| {
-            let sampler = Sampler::new(kind, seed, [left + x, top + y], sample);
-            let (offset, stratum) = self.filter.sample(sampler.get_2d(Dim::Pixel));
-            Place {
-                pixel: [x, y],
-                sample,
-                sampler,
-                offset,
-                stratum,
-            }
-        }));
+        while places.len() + MOST <= WAVE
+            && let Some((group, sample)) = todo.next()
+        {
+            places.extend(members(&batch.rect, group).map(|[x, y]| {
+                let sampler = Sampler::new(kind, seed, [left + x, top + y], sample);
+                let (offset, stratum) = self.filter.sample(sampler.get_2d(Dim::Pixel));
+                Place {
+                    pixel: [x, y],
+                    sample,
+                    sampler,
+                    offset,
+                    stratum,
+                }
+            }));
+            wave.end_group(places.len());
+        }
         watch.lap(Stage::Filter);
         for place in &*places {
             let [x, y] = place.pixel;

@@ -56,7 +56,7 @@ impl Default for RenderSettings {
             samples: 256,
             depth: 16,
             filter: Filter::default(),
-            method: Method::Caustics,
+            method: Method::Reuse,
             accel: AccelKind::Auto,
             sampler: SamplerKind::Sobol,
             seed: 0,
@@ -149,6 +149,8 @@ named_enum! {
         /// The same, and light traced from the lamps by way of mirror and glass to what the
         /// camera sees; where nothing is specular it is `mis`.
         Caustics = "caustics",
+        /// The same, and pixels share the light that their paths find from the second surface on.
+        Reuse = "reuse",
     }
 }
 

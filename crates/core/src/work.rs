@@ -20,17 +20,20 @@ pub enum Stage {
     Shading,
     /// Finding what shades lights.
     ShadowRays,
+    /// Sharing light between pixels.
+    Reuse,
     /// Following some paths beyond the depth of the picture, to tell what that leaves out.
     Measuring,
 }
 
 impl Stage {
     /// Every stage.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Camera,
         Self::Traversal,
         Self::Shading,
         Self::ShadowRays,
+        Self::Reuse,
         Self::Filter,
         Self::Measuring,
     ];

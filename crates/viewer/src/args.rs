@@ -297,7 +297,7 @@ pub struct RaceArgs {
     /// Runs of each contestant, with different random numbers
     #[arg(long, value_name = "N", default_value_t = 4)]
     pub seeds: u64,
-    /// Picture that counts as right, EXR [default: rendered with caustics]
+    /// Picture that counts as right, EXR [default: rendered with reuse]
     #[arg(long, value_name = "FILE")]
     pub reference: Option<PathBuf>,
     /// Width and height in pixels

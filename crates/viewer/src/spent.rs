@@ -25,6 +25,8 @@ pub struct Spent {
     pub shading: f64,
     /// Finding what shades lights.
     pub shadow_rays: f64,
+    /// Sharing light between pixels.
+    pub reuse: f64,
     /// Choosing positions on the film and adding samples to it.
     pub filter: f64,
     /// Estimating the error and the light lost, and reading the clock.
@@ -51,6 +53,7 @@ impl Spent {
             traversal: times.seconds(Stage::Traversal),
             shading: times.seconds(Stage::Shading),
             shadow_rays: times.seconds(Stage::ShadowRays),
+            reuse: times.seconds(Stage::Reuse),
             filter: times.seconds(Stage::Filter),
             measuring: times.seconds(Stage::Measuring) + clock + of_all(measuring),
             display: of_all(display),
@@ -58,12 +61,13 @@ impl Spent {
     }
 
     /// What threads were busy with, and for how long.
-    pub fn stages(&self) -> [(&'static str, f64); 7] {
+    pub fn stages(&self) -> [(&'static str, f64); 8] {
         [
             ("camera", self.camera),
             ("traversal", self.traversal),
             ("shading", self.shading),
             ("shadow rays", self.shadow_rays),
+            ("reuse", self.reuse),
             ("filter and film", self.filter),
             ("measuring", self.measuring),
             ("display", self.display),

@@ -8,6 +8,10 @@
 //! half. Of normal noise σ⁴ is 4/3 of the mean fourth power of half the difference. The band is
 //! thus as wide as the spread over pixels says, and nothing counts degrees of freedom.
 //!
+//! Pixels that share light, each [`APART`]th across and down ([`crate::Method::Reuse`]), have errors
+//! in common. Half the differences have that in common too: over all pairs of such pixels their
+//! products tell how much, and the band is as much wider.
+//!
 //! The relative error's denominator μ² + 0.01 takes μ from the neighbours as far as the pixel
 //! seems to be one of them (after local statistics, Lee 1980). Taken from the pixel itself it
 //! would rise with the very error that stands above it: outliers would hide themselves.
@@ -15,7 +19,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{Cell, Film, TILE, Tile, TileRect};
+use super::{APART, Cell, Film, TILE, Tile, TileRect};
 
 /// Estimate of a picture's error: noise, not bias. Light that no sample has met yet is missing
 /// from it as it is from the picture.
@@ -39,6 +43,8 @@ pub struct TileError {
     sum: f64,
     /// Estimated variance of `sum` around what it estimates.
     variance: f64,
+    /// Of the same, products over pairs of pixels that may share light.
+    products: f64,
     /// Radiance, summed likewise.
     light: f64,
     pixels: u32,
@@ -56,11 +62,16 @@ pub(crate) struct TileLight {
     pub square: f64,
     /// Of their squares.
     pub fourth: f64,
+    /// Over pairs of pixels that may share light, of products that estimate their covariance.
+    pub products: f64,
 }
 
 /// Samples per pixel from which the band holds what it says. With fewer, much of the error lies
 /// in outliers that either half has met once or not at all, and the band is too narrow.
 pub const BAND_FROM: u64 = 64;
+
+/// Pixels of a tile that may share light.
+const GROUP: u32 = (TILE / APART) * (TILE / APART);
 
 /// Quantile 0.95 of the normal distribution: nine of ten lie within as many standard deviations.
 const NINE_OF_TEN: f64 = 1.644_853_627;
@@ -73,13 +84,17 @@ impl ErrorEstimate {
             let tile = tile?;
             all.sum += tile.sum;
             all.variance += tile.variance;
+            all.products += tile.products;
             all.light += tile.light;
             all.pixels += tile.pixels;
         }
         let rel_mse = all.rel_mse();
         // In the logarithm, so that the band stays above 0.
         let factor = if all.sum > 0.0 {
-            (NINE_OF_TEN * all.variance.sqrt() / all.sum).exp()
+            let common = (all.products / all.sum).max(0.0);
+            // Products of halves have the squares of the covariances in common.
+            let more = 1.0 + common * common / f64::from(GROUP - 1);
+            (NINE_OF_TEN * (more * all.variance).sqrt() / all.sum).exp()
         } else {
             1.0
         };
@@ -125,7 +140,7 @@ impl Film {
     /// halves differ too little or too much by chance. `None` as for [`Film::error`].
     pub fn pixel_errors(&self, i: usize) -> Option<(TileRect, Vec<f32>)> {
         let tile = self.tile(i);
-        let (squares, _) = self.relative_squares(&tile)?;
+        let (squares, _, _) = self.relative_squares(&tile)?;
         let (around, counts) = (around(&squares), around(&ones(tile.rect)));
         let error = |i: usize| ((squares[i] + around[i]) / (3.0 * (counts[i] + 1.0))).sqrt();
         Some((tile.rect, places(tile.rect).map(error).collect()))
@@ -138,8 +153,10 @@ impl Film {
     }
 
     pub(crate) fn error_of(&self, tile: &Tile) -> Option<TileError> {
-        let (squares, light) = self.relative_squares(tile)?;
+        let (squares, signs, light) = self.relative_squares(tile)?;
+        let roots = places(tile.rect).map(|i| f64::from(squares[i].sqrt().copysign(signs[i])));
         let mut error = TileError {
+            products: products(tile.rect, roots),
             light,
             pixels: tile.rect.width * tile.rect.height,
             ..TileError::default()
@@ -179,29 +196,34 @@ impl Film {
         if tile.samples < 2 {
             return None;
         }
+        let mut differences = Vec::with_capacity(light.pixels as usize);
         for cells in tile.pixels() {
             let (mean, difference) = self.halves(cells)?;
             let square = difference.element_sum().powi(2);
             light.sum += mean.element_sum();
             light.square += square;
             light.fourth += square * square;
+            differences.push(difference.element_sum());
         }
+        light.products = products(tile.rect, differences.into_iter());
         Some(light)
     }
 
-    /// Estimated squared error over (truth² + 0.01) of each pixel, summed over channels, and the
-    /// radiance of all, summed likewise.
-    fn relative_squares(&self, tile: &Tile) -> Option<(Plane, f64)> {
+    /// Estimated squared error over (truth² + 0.01) of each pixel, summed over channels; which half
+    /// was brighter, by sign; and the radiance of all, summed likewise.
+    fn relative_squares(&self, tile: &Tile) -> Option<(Plane, Plane, f64)> {
         if tile.samples < 2 {
             return None;
         }
         let mut means = [EMPTY; 3];
         let mut squares = [EMPTY; 3];
+        let mut signs = EMPTY;
         let mut light = 0.0;
         for (i, cells) in places(tile.rect).zip(tile.pixels()) {
             let (mean, difference) = self.halves(cells)?;
             let square = difference * difference;
             light += mean.element_sum();
+            signs[i] = difference.element_sum() as f32;
             for channel in 0..3 {
                 means[channel][i] = mean[channel] as f32;
                 squares[channel][i] = square[channel] as f32;
@@ -232,7 +254,7 @@ impl Film {
                 relative[i] += square / (truth * truth + 0.01);
             }
         }
-        Some((relative, light))
+        Some((relative, signs, light))
     }
 }
 
@@ -248,6 +270,17 @@ const EMPTY: Plane = [0.0; STRIDE * STRIDE];
 fn places(rect: TileRect) -> impl Iterator<Item = usize> {
     let (width, height) = (rect.width as usize, rect.height as usize);
     (1..=height).flat_map(move |y| (1..=width).map(move |x| y * STRIDE + x))
+}
+
+/// Sum of the products of all pairs of different pixels of a tile that may share light.
+fn products(rect: TileRect, values: impl Iterator<Item = f64>) -> f64 {
+    let (mut sums, mut squares) = ([[0.0; APART as usize]; APART as usize], 0.0);
+    let pixels = (0..rect.height).flat_map(|y| (0..rect.width).map(move |x| [x, y]));
+    for ([x, y], value) in pixels.zip(values) {
+        sums[(y % APART) as usize][(x % APART) as usize] += value;
+        squares += value * value;
+    }
+    sums.iter().flatten().map(|sum| sum * sum).sum::<f64>() - squares
 }
 
 /// 1 for every pixel.

@@ -68,7 +68,8 @@ impl Transport<'_> {
     /// Whether caustics are traced from the lights.
     #[inline(always)]
     pub(crate) fn traces_light(&self) -> bool {
-        self.method == crate::Method::Caustics && self.scene.casts_caustics()
+        matches!(self.method, crate::Method::Caustics | crate::Method::Reuse)
+            && self.scene.casts_caustics()
     }
 
     /// How many light paths come by a diffuse surface that the camera sees for each camera path

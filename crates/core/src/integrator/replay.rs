@@ -116,7 +116,7 @@ impl Wave {
             tell(self, Strategy::Aimed, bounce + 2);
             let aimed = self.radiance.first().copied();
             if transport.detours(bounce) {
-                self.take_detours(transport);
+                self.take_detours(transport, bounce);
                 tell(self, Strategy::ByMirror, bounce + 3);
             }
             if let (Some(segments), Some(had), Some(aimed)) = (&mut segments, had, aimed)

@@ -6,6 +6,7 @@ use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
 
+use super::reuse::{Reuse, Surface};
 use super::{AIMED_AT, ONLY, Path, ShadowRay, THROUGH_GLASS, Transport, is_only, power_heuristic};
 use crate::bsdf::{Bsdf, diffuse_direction};
 use crate::geometry::{Hit, Place, SurfacePoint, SurfacePoints};
@@ -20,6 +21,10 @@ mod detours;
 
 /// Bounces that every path takes before Russian roulette may end it.
 const ROULETTE_FROM: u32 = 3;
+
+/// Throughput from which on roulette leaves a path alone but for [`SURVIVAL`]: what it ends below
+/// saves less time than it adds noise if this is higher (measured: docs/speed-and-accuracy.md).
+const BRIGHT: f32 = 1.0 / 3.0;
 
 /// Bounds on the probability that a path survives roulette: below, weights would explode; above,
 /// a path between perfect mirrors would never end.
@@ -323,6 +328,26 @@ impl Vertices {
         }
     }
 
+    /// Paths that go on diffusely from here for the first time may share what they find, and leave
+    /// their throughput here.
+    #[inline(always)]
+    pub fn offer(&mut self, reuse: &mut Reuse, bounce: u32) {
+        for lane in 0..self.count {
+            let index = self.indices[lane];
+            if self.direction_pdf[lane] > 0.0
+                && self.diffuse_share[lane] == 1.0
+                && reuse.is_unbound(index)
+            {
+                let first = Surface {
+                    point: self.points.get(lane),
+                    n: self.n.get(lane),
+                };
+                reuse.leaves(index, bounce, first, self.throughput.get(lane));
+                self.throughput.set(lane, Vec3::ONE);
+            }
+        }
+    }
+
     #[inline(always)]
     fn scatter_diffuse(&mut self, bounce: u32) {
         let [x, y] = self.samplers.get_2d(Dim::BsdfDirection(bounce));
@@ -341,7 +366,7 @@ impl Vertices {
         let u = self.samplers.get_1d(Dim::Roulette(bounce));
         for (lane, u) in u.into_iter().enumerate() {
             let throughput = self.throughput.get(lane);
-            let survival = throughput.max_element().clamp(SURVIVAL.0, SURVIVAL.1);
+            let survival = (throughput.max_element() / BRIGHT).clamp(SURVIVAL.0, SURVIVAL.1);
             if u >= survival {
                 self.direction_pdf[lane] = 0.0;
             }

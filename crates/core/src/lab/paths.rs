@@ -31,7 +31,7 @@ pub(super) const CASES: &[Case] = &[
         title: "Russian roulette",
         failure: "Survivors that are not weighted up darken the picture, a probability near 0 \
                   blows them up, one above 1 brightens.",
-        cure: "Survival with the throughput, from 0.05 to 0.95, after three bounces.",
+        cure: "Survival with three times the throughput, from 0.05 to 0.95, after three bounces.",
         check: Check::Probe(roulette),
         scene: None,
         picture: None,

@@ -193,7 +193,7 @@ fn whatever_changes_the_picture_makes_a_part_foreign() {
         ("filter lanczos:2 instead of lanczos", |d| {
             d.render.filter.radius = 2.0
         }),
-        ("method nee instead of caustics", |d| {
+        ("method nee instead of reuse", |d| {
             d.render.method = crate::Method::Nee
         }),
         ("sampler independent instead of sobol", |d| {

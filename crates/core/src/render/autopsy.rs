@@ -1,6 +1,7 @@
 //! One pixel looked into: its samples again, one by one, and what each strategy has found in them.
 //!
-//! A sample is a pure function of pixel, index and seed, so nothing has to be kept of it.
+//! A sample is a pure function of pixel, index and seed, so nothing has to be kept of it. With
+//! [`Method::Reuse`](crate::Method::Reuse) these are the pixel's own paths, before it shares with others.
 
 use std::ops::Range;
 use std::sync::atomic::AtomicBool;
@@ -45,7 +46,7 @@ impl Tally {
 /// has no sample of its own there.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Autopsy {
-    /// Radiance of each sample in order, as the film gets it.
+    /// Radiance of each sample in order, as the film gets it, or shares it.
     pub radiances: Vec<Vec3>,
     /// Luminance of what each sample has found, by the number of segments less 1 and by strategy.
     pub found: Vec<[Tally; Strategy::ALL.len()]>,
@@ -98,7 +99,7 @@ impl View {
         Some(autopsy)
     }
 
-    /// The camera path of a sample of a pixel, and its radiance as the film gets it.
+    /// The camera path of a sample of a pixel, and its radiance as the film gets it, or shares it.
     pub fn path(&self, pixel: [u32; 2], sample: u64) -> (Vec<Segment>, Vec3) {
         let mut wave = Wave::default();
         self.begin(&mut wave, pixel, sample);

@@ -11,7 +11,7 @@ use std::sync::{Arc, Weak};
 
 use egui::{Context, DragValue, Pos2, RichText, ScrollArea, Ui, Window};
 use lightbox_core::film::Pixel;
-use lightbox_core::{Film, Scene};
+use lightbox_core::{Film, Method, Scene};
 
 use crate::gestures::share;
 use crate::model::Model;
@@ -43,6 +43,8 @@ struct Subject {
     trace: Trace,
     /// What the film knew of it.
     pixel: Pixel,
+    /// Whether it shares light with others.
+    shares: bool,
 }
 
 impl AutopsyPanel {
@@ -89,6 +91,7 @@ impl AutopsyPanel {
             return;
         };
         let (ctx, scene) = (ctx.clone(), view.scene.clone());
+        let shares = view.settings.method == Method::Reuse;
         let wake = move || ctx.request_repaint();
         let trace = Trace::start(view, self.pixel, pixel.samples, wake);
         // Where no thread can be started, there is nothing to show.
@@ -97,6 +100,7 @@ impl AutopsyPanel {
             scene,
             trace,
             pixel,
+            shares,
         });
     }
 
@@ -191,6 +195,9 @@ impl AutopsyPanel {
             "…"
         };
         ui.label(format!("{text}{dots}"));
+        if of.shares {
+            ui.weak("The pixel's own paths, before it shares with others.");
+        }
         if !is_current {
             let text = "The picture has changed since: these are the paths of before.";
             ui.label(RichText::new(text).color(ui.visuals().warn_fg_color));

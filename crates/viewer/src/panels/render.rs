@@ -18,7 +18,8 @@ pub fn render_ui(ui: &mut Ui, model: &mut Model) {
         filter(ui, settings);
         let tip = format!(
             "How paths find light: naive samples surfaces, nee lights, mis both; caustics is mis \
-             and traces paths from the lamps by way of mirror and glass. {RESTARTS}"
+             and traces paths from the lamps by way of mirror and glass; reuse is caustics, and \
+             pixels share the light that their paths find. {RESTARTS}"
         );
         choice(ui, "Method", &tip, &mut settings.method, Method::ALL);
         let tip = format!(

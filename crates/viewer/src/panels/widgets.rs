@@ -128,6 +128,9 @@ pub fn choice<T: Copy + PartialEq + Display>(
 ) {
     labelled(ui, name, tip, |ui| {
         ui.spacing_mut().item_spacing.x = 2.0;
+        if all.len() > 4 {
+            ui.spacing_mut().button_padding.x = 2.0; // Or they would not fit.
+        }
         for variant in all {
             ui.selectable_value(value, *variant, variant.to_string())
                 .on_hover_text(tip);

@@ -203,7 +203,7 @@ mod tests {
     fn a_race_is_watched_and_saved() {
         let live = Live::start(contest(16), RULES, None, 2, || ()).unwrap();
         wait("the end", || !live.is_running());
-        assert_eq!(live.standing().labels, ["naive", "caustics"]);
+        assert_eq!(live.standing().labels, ["naive", "reuse"]);
         assert!(live.standing().curves.iter().all(|c| !c.points.is_empty()));
         let folder = tempfile::tempdir().unwrap();
         let out = folder.path().join("race");

@@ -266,7 +266,7 @@ impl Contest {
         let seconds = total / firsts.len() as f64;
         let mut references = Vec::new();
         for (done, first) in firsts.iter().enumerate() {
-            let view = views[*first].found_by(Method::Caustics, SamplerKind::Sobol);
+            let view = views[*first].found_by(Method::Reuse, SamplerKind::Sobol);
             let film = race::reference(&view, seconds, clock, cancel, &mut |share| {
                 progress((done as f64 + share) / firsts.len() as f64);
             });

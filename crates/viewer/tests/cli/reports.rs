@@ -47,6 +47,7 @@ fn help_names_every_command_and_option() {
         "naive",
         "nee",
         "caustics",
+        "reuse",
         "kdtree",
         "bvh",
         "brute",
@@ -257,7 +258,7 @@ fn the_report_tells_what_is_lost_and_where_the_time_goes() {
             "{stage}: {times:?}"
         );
     }
-    assert_eq!(times.len(), 9);
+    assert_eq!(times.len(), 10);
     let unlimited = report("unlimited");
     assert_eq!(unlimited["lost_light"]["depth"]["share"], 0.0);
     assert_eq!(

@@ -9,20 +9,20 @@ fn noise_stops_at_the_same_sample_on_any_number_of_threads() {
     let reports = [1, 3].map(|threads| {
         render(
             "cornell-box",
-            &format!("--size 24x24 --noise 0.1 --threads {threads}"),
+            &format!("--size 24x24 --noise 0.04 --threads {threads}"),
             &path,
         )
     });
     for report in &reports {
         assert_eq!(report["stopped_by"], "noise");
         assert!(
-            report["noise"].as_f64() <= Some(0.1) && report["spp"].as_u64() > Some(16),
+            report["noise"].as_f64() <= Some(0.04) && report["spp"].as_u64() > Some(16),
             "{report}"
         );
     }
     assert_eq!(reports[0]["spp"], reports[1]["spp"]);
     // Whichever is reached first.
-    let report = render("cornell-box", "--size 24x24 --noise 0.1 --spp 6", &path);
+    let report = render("cornell-box", "--size 24x24 --noise 0.04 --spp 6", &path);
     assert_eq!(
         (&report["stopped_by"], &report["spp"]),
         (&"spp".into(), &6.into())

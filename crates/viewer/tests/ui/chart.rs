@@ -129,7 +129,7 @@ fn earlier_curves_stay_until_they_are_cleared() {
         window.done();
     }
     assert_eq!(earlier(&window), 2);
-    for name in ["caustics", "naive", "1/√N", "noise"] {
+    for name in ["reuse", "naive", "1/√N", "noise"] {
         window.harness.get_by_role_and_label(Role::CheckBox, name);
     }
     // More samples are the same curve.
@@ -141,7 +141,7 @@ fn earlier_curves_stay_until_they_are_cleared() {
     assert!(
         window
             .harness
-            .query_by_role_and_label(Role::CheckBox, "caustics")
+            .query_by_role_and_label(Role::CheckBox, "reuse")
             .is_none()
     );
 }

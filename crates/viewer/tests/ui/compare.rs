@@ -33,11 +33,11 @@ fn kept_pictures_stand_in_a_strip() {
     assert_eq!(buttons(&window, "Compare with"), 0);
     let space = window.harness.get_by_label("Picture").rect();
     keep(&mut window);
-    assert_eq!(reference(&window).as_deref(), Some("16 spp caustics"));
+    assert_eq!(reference(&window).as_deref(), Some("16 spp reuse"));
     window.set("Samples", 32.0);
     window.done();
     keep(&mut window);
-    assert_eq!(reference(&window).as_deref(), Some("32 spp caustics"));
+    assert_eq!(reference(&window).as_deref(), Some("32 spp reuse"));
     // The strip lies over the picture: its size is what it was.
     assert_eq!(window.harness.get_by_label("Picture").rect(), space);
     // A name of one's own.
@@ -45,7 +45,7 @@ fn kept_pictures_stand_in_a_strip() {
         let field = w.harness.get_by_label("Name of kept picture 1");
         field.accesskit_node().value().unwrap_or_default()
     };
-    assert_eq!(name(&window), "16 spp caustics");
+    assert_eq!(name(&window), "16 spp reuse");
     window
         .harness
         .get_by_label("Name of kept picture 1")
@@ -56,13 +56,13 @@ fn kept_pictures_stand_in_a_strip() {
         .get_by_label("Name of kept picture 1")
         .type_text(", early");
     window.harness.run_steps(2);
-    assert_eq!(name(&window), "16 spp caustics, early");
+    assert_eq!(name(&window), "16 spp reuse, early");
     // Chosen, and no longer.
-    window.click("Compare with 16 spp caustics, early");
+    window.click("Compare with 16 spp reuse, early");
     window.wait("the first", |w| {
-        reference(w).as_deref() == Some("16 spp caustics")
+        reference(w).as_deref() == Some("16 spp reuse")
     });
-    window.click("Compare with 16 spp caustics, early");
+    window.click("Compare with 16 spp reuse, early");
     window.wait("no reference", |w| reference(w).is_none());
     // Hidden and shown.
     window.key(Modifiers::SHIFT, Key::K);
@@ -70,9 +70,9 @@ fn kept_pictures_stand_in_a_strip() {
     window.key(Modifiers::SHIFT, Key::K);
     assert_eq!(buttons(&window, "Compare with"), 2);
     // Forgotten: it is compared with no more.
-    window.click("Compare with 32 spp caustics");
+    window.click("Compare with 32 spp reuse");
     window.wait("the second", |w| reference(w).is_some());
-    window.click("Forget 32 spp caustics");
+    window.click("Forget 32 spp reuse");
     window.wait("no reference", |w| reference(w).is_none());
     assert_eq!(buttons(&window, "Compare with"), 1);
 }

@@ -45,6 +45,7 @@ fn ways_race_while_the_picture_rests() {
     window.wait("the render", |w| w.status().activity == Activity::Rendering);
     tick(&mut window, "nee");
     tick(&mut window, "mis");
+    tick(&mut window, "caustics");
     tick(&mut window, "independent");
     assert!(has(&window, "4 contestants"));
     window.click("Start");
@@ -59,13 +60,13 @@ fn ways_race_while_the_picture_rests() {
     window.wait("the picture to go on", |w| {
         w.status().activity == Activity::Rendering
     });
-    for label in ["naive sobol", "caustics sobol", "efficiency", "Race curves"] {
+    for label in ["naive sobol", "reuse sobol", "efficiency", "Race curves"] {
         assert!(has(&window, label), "{label}");
     }
     assert!(window.harness.query_by_label("Agreement map").is_none());
     let headline = window
         .harness
-        .query_all_by_label_contains("naive sobol and caustics sobol")
+        .query_all_by_label_contains("naive sobol and reuse sobol")
         .next();
     headline.expect("a comparison").click();
     window.harness.run_steps(3);
@@ -99,7 +100,7 @@ fn nothing_races_in_the_dark() {
     let mut window = open_race(&dark);
     window.click("Start");
     assert!(has(&window, "nothing emits light"));
-    for method in ["naive", "nee", "mis", "caustics"] {
+    for method in ["naive", "nee", "mis", "caustics", "reuse"] {
         tick(&mut window, method);
     }
     assert!(has(&window, "0 contestants"));

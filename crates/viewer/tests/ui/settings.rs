@@ -112,7 +112,11 @@ fn filters_are_chosen_from_a_list() {
 #[test]
 fn accelerators_give_the_same_picture() {
     let mut window = Window::open(SCENE);
-    let before = window.snapshot();
+    let light = |w: &Window| {
+        let film = w.harness.state().session().film().expect("a film");
+        film.develop().pixels
+    };
+    let (before, light_before) = (window.snapshot(), light(&window));
     for kind in [AccelKind::Brute, AccelKind::KdTree, AccelKind::Bvh] {
         let name = kind.name();
         window.click(name);
@@ -120,6 +124,7 @@ fn accelerators_give_the_same_picture() {
         let scene = window.status().scene.expect("a scene");
         assert_eq!(scene.desc().render.accel, kind);
         assert_eq!(scene.geometry().accel(), kind);
+        assert!(light(&window) == light_before, "{name} gives another light");
         assert!(
             window.snapshot().rgb == before.rgb,
             "{name} gives another picture"
