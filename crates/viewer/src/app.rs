@@ -193,7 +193,7 @@ impl App {
     }
 
     /// Goes over to a file that was opened since.
-    fn follow(&mut self, status: &Status) {
+    fn follow(&mut self, ctx: &Context, status: &Status) {
         if status.opened == self.opened {
             return;
         }
@@ -204,6 +204,13 @@ impl App {
             .as_ref()
             .is_some_and(|s| s.path() == self.title);
         let before = self.model.desc.clone();
+        if is_same_file && self.unsaved.is_any(&before) {
+            let key = keys::text(ctx, &Action::Undo);
+            self.say(
+                ctx,
+                &format!("read again without the edits; {key} brings them back"),
+            );
+        }
         self.model.open(&status.desc, status.tone);
         if let Some(scene) = &status.scene {
             self.model.bookmarks = self.settings.opened(scene.path());
@@ -236,11 +243,12 @@ impl App {
     fn act(&mut self, ctx: &Context, action: Action, status: &Status) {
         match action {
             Action::Open => self.dialogs.open(ctx),
-            Action::OpenPath(path) => self.session.open(&path),
+            Action::OpenPath(path) => self.open(path),
+            Action::Leave(answer) => self.leave(ctx, answer, status),
             Action::CancelOpening => self.session.cancel_opening(),
             Action::Reload => {
                 if let Some(scene) = &status.scene {
-                    self.session.open(scene.path());
+                    self.open(scene.path().to_owned());
                 }
             }
             Action::SavePng => self.ask_where_to_save(ctx, "png", status),
@@ -414,7 +422,7 @@ impl App {
 
     fn take_answers(&mut self, ctx: &Context) {
         match self.dialogs.answer() {
-            Some(Answer::Open(path)) => self.session.open(&path),
+            Some(Answer::Open(path)) => self.open(path),
             Some(Answer::Save(path)) => self.save(path),
             Some(Answer::Reference(path)) => self.session.load_reference(path),
             Some(Answer::Race(folder)) => self.race.save(ctx, folder),
@@ -438,7 +446,7 @@ impl App {
             .iter()
             .any(|e| path.extension().is_some_and(|x| x.eq_ignore_ascii_case(e)));
         if known {
-            self.session.open(path);
+            self.open(path.to_owned());
         } else {
             self.complain(
                 ctx,
@@ -501,8 +509,10 @@ impl eframe::App for App {
     fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
         let ctx = ui.ctx().clone();
         let status = self.session.status();
-        self.follow(&status);
+        self.follow(&ctx, &status);
         self.entitle(&ctx, &status);
+        // Before anything is opened that the status does not know of.
+        self.notice_changes(&ctx, &status);
         let now = ui.input(|i| i.time);
         for notice in self.session.take_notices() {
             if notice.is_error {
@@ -523,7 +533,6 @@ impl eframe::App for App {
             || ctx.text_edit_focused();
         self.undo.watch(&self.model.desc, is_held);
         self.camera_undo.watch(&self.model.desc.camera, is_held);
-        self.notice_changes(&ctx, &status);
         let mut actions = keys::pressed(&ctx, self.viewport.gestures.flies());
         self.go_places(&ctx);
         Panel::bottom("status").exact_size(32.0).show(ui, |ui| {
@@ -568,8 +577,9 @@ impl eframe::App for App {
             self.autopsy.ui(ui, seen.as_ref(), session, model);
             let (compare, reference) = (&mut self.viewport.compare, status.reference.as_ref());
             compare.ui(&ctx, space, session, reference, model.tone);
+            let leaving = self.unsaved.asks_to_leave();
             self.banners
-                .ui(ui, space, &mut self.model, &status, &mut actions);
+                .ui(ui, space, &mut self.model, &status, leaving, &mut actions);
             let past = self
                 .chart
                 .ui(&ctx, space, &self.session, &status, &mut actions);

@@ -6,6 +6,7 @@ use egui::{Context, Key, KeyboardShortcut, Modifiers};
 
 use crate::aov::Aov;
 use crate::compare::Mode;
+use crate::unsaved::Answer;
 
 /// Something the user asks for, by key or by button.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -16,6 +17,8 @@ pub enum Action {
     OpenPath(PathBuf),
     /// Keep the present file after all.
     CancelOpening,
+    /// What becomes of edits before another file is opened.
+    Leave(Answer),
     /// Read the present file again.
     Reload,
     /// Save the picture as shown.

@@ -153,6 +153,10 @@ fn a_session_with_mouse_and_keyboard() {
         difference(b, &before) > 1.0
     });
 
+    // Over edits, no other scene is opened without a question.
+    desktop.xdotool(&["keydown", "ctrl"]);
+    desktop.xdotool(&["key", "z"]);
+    desktop.xdotool(&["keyup", "ctrl"]);
     std::thread::sleep(Duration::from_secs(1));
     let before = desktop.blocks();
     desktop.click(SCENE_LIST);

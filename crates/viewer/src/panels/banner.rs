@@ -1,5 +1,7 @@
 //! Lines over the picture: what failed, what was saved, what is missing.
 
+use std::path::Path;
+
 use egui::{Align2, Area, Color32, Frame, Id, Rect, Ui};
 use lightbox_core::Scene;
 use lightbox_core::scene::Phase;
@@ -8,6 +10,7 @@ use super::format::counted;
 use crate::keys::Action;
 use crate::model::{Model, scene_name};
 use crate::session::{Notice, Status};
+use crate::unsaved::Answer;
 
 /// How long good news stay, seconds. Errors stay until they are dismissed.
 const GOOD_NEWS: f64 = 6.0;
@@ -17,6 +20,12 @@ const SOON: f64 = 0.3;
 
 /// Most lines at a time; the oldest go first.
 const MOST: usize = 4;
+
+/// Room for the buttons of a line, points.
+const BUTTONS: f32 = 250.0;
+
+/// Least room for a text beside its buttons, points; else they stand under it.
+const LEAST_TEXT: f32 = 160.0;
 
 /// Notices that are still shown.
 #[derive(Default)]
@@ -37,19 +46,22 @@ impl Banners {
         self.lines.drain(..surplus);
     }
 
-    /// Draws them over the picture in `space`: an overlay, so that nothing moves.
+    /// Draws them over the picture in `space`: an overlay, so that nothing moves. `leaving` is the
+    /// file that is to be opened at the cost of edits.
     pub fn ui(
         &mut self,
         ui: &Ui,
         space: Rect,
         model: &mut Model,
         status: &Status,
+        leaving: Option<&Path>,
         actions: &mut Vec<Action>,
     ) {
         self.expire(ui);
         let dark = status.scene.as_ref().filter(|s| is_dark(s, model));
         let loading = self.slow_loading(ui, status);
         let none = loading.is_none() && dark.is_none() && self.changed.is_none();
+        let none = none && leaving.is_none();
         if self.lines.is_empty() && none {
             return;
         }
@@ -89,6 +101,21 @@ impl Banners {
                 if !keep {
                     self.changed = None;
                 }
+            }
+            if let Some(path) = leaving {
+                let name = scene_name(path);
+                let text = format!("The scene has edits that no file has. Open {name}?");
+                line(ui, false, &text, |ui| {
+                    for (text, answer, tip) in [
+                        ("Save first…", Answer::Save, "As a .toml file, then opens it."),
+                        ("Open anyway", Answer::Drop, "The edits are lost."),
+                        ("Stay", Answer::Stay, "Back to the edits."),
+                    ] {
+                        if ui.button(text).on_hover_text(tip).clicked() {
+                            actions.push(Action::Leave(answer));
+                        }
+                    }
+                });
             }
             self.lines.retain(|(notice, _)| {
                 let mut keep = true;
@@ -166,13 +193,18 @@ fn line(ui: &mut Ui, is_error: bool, text: &str, buttons: impl FnOnce(&mut Ui)) 
         .corner_radius(4.0)
         .inner_margin(egui::Margin::symmetric(10, 6))
         .show(ui, |ui| {
+            let text = egui::RichText::new(text).color(Color32::WHITE);
+            let text = egui::Label::new(text).wrap();
+            let room = ui.available_width() - BUTTONS;
+            if room < LEAST_TEXT {
+                ui.add(text);
+                ui.horizontal(buttons);
+                return;
+            }
             ui.horizontal(|ui| {
-                let room = ui.available_width() - 180.0;
                 ui.scope(|ui| {
-                    ui.set_max_width(room.max(120.0));
-                    ui.add(
-                        egui::Label::new(egui::RichText::new(text).color(Color32::WHITE)).wrap(),
-                    );
+                    ui.set_max_width(room);
+                    ui.add(text);
                 });
                 buttons(ui);
             });

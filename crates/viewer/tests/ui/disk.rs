@@ -1,5 +1,7 @@
 //! The scene's file: saved with its comments, changed by others, and left with edits.
 
+use std::path::Path;
+
 use egui::{PointerButton, Vec2};
 use egui::{ViewportCommand, ViewportEvent, ViewportId};
 use egui_kittest::kittest::Queryable as _;
@@ -12,7 +14,7 @@ fn commented() -> String {
     text.replace("radius = 0.5", "radius = 0.5 # half")
 }
 
-fn save_to(window: &mut Window, path: &std::path::Path) {
+fn save_to(window: &mut Window, path: &Path) {
     window.harness.state().save(path.to_owned());
     let name = path
         .file_name()
@@ -106,6 +108,90 @@ fn edits_are_not_lost_to_a_file_changed_on_disk() {
     assert_eq!(
         window.harness.state().model().desc.materials,
         edited.materials
+    );
+}
+
+/// Whether the window asks what becomes of edits before it opens this file.
+fn asks(window: &Window, name: &str) -> bool {
+    let question = format!("Open {name}?");
+    let line = window.harness.query_by_label_contains(&question);
+    line.is_some()
+}
+
+/// Waits for that question; nothing is opened meanwhile.
+fn asked(window: &mut Window, name: &str) {
+    window.wait("the question", |w| asks(w, name));
+    assert_eq!((window.status().opened, window.status().opening), (1, None));
+}
+
+#[test]
+fn edits_are_not_lost_to_another_file() {
+    let mut window = Window::open(&commented());
+    let other = window.file("other.toml");
+    std::fs::write(&other, SCENE).expect("written");
+    window.click_at(window.at(0.5, 0.5));
+    window.set("Mirror", 0.75);
+    window.done();
+    let edited = window.status().desc.clone();
+    window.drop_file(&other);
+    asked(&mut window, "other");
+    window.click("Stay");
+    assert!(!asks(&window, "other"));
+    assert_eq!(window.status().desc, edited);
+
+    let list = window
+        .harness
+        .get_by_role_and_label(egui::accesskit::Role::ComboBox, "Scene");
+    list.click();
+    window.harness.run_steps(2);
+    window.click("white-furnace");
+    asked(&mut window, "white-furnace");
+
+    // The newest wish counts.
+    window.drop_file(&other);
+    asked(&mut window, "other");
+    window.click("Open anyway");
+    window.wait("the other file", |w| w.status().opened == 2);
+    assert!(!asks(&window, "other"));
+    let scene = window.status().scene.expect("a scene");
+    assert_eq!(scene.path(), other);
+
+    // Without edits there is nothing to ask.
+    window.drop_file(&window.file("scene.toml"));
+    window.wait("the first file", |w| w.status().opened == 3);
+}
+
+#[test]
+fn edits_that_come_while_a_file_is_opened_are_not_lost() {
+    let mut window = Window::open(SCENE);
+    window.click_at(window.at(0.5, 0.5));
+    // In the frame in which it begins to open, nothing is edited yet.
+    let slider = window
+        .harness
+        .get_by_role_and_label(egui::accesskit::Role::Slider, "Mirror");
+    slider.set_value_accesskit(0.75);
+    window.drop_file(Path::new("builtin:million.toml"));
+    asked(&mut window, "million");
+    window.click("Stay");
+    window.done();
+    assert_eq!(window.status().desc.materials[0].mirror, 0.75);
+}
+
+#[test]
+fn reading_again_can_be_undone() {
+    let mut window = Window::open(SCENE);
+    window.click_at(window.at(0.5, 0.5));
+    window.set("Mirror", 0.75);
+    window.done();
+    window.key(egui::Modifiers::COMMAND, egui::Key::R);
+    window.wait("the file", |w| w.status().opened == 2);
+    assert_eq!(window.harness.state().model().desc.materials[0].mirror, 0.0);
+    let text = "read again without the edits; Ctrl+Z brings them back";
+    assert!(window.harness.query_by_label(text).is_some());
+    window.key(egui::Modifiers::COMMAND, egui::Key::Z);
+    assert_eq!(
+        window.harness.state().model().desc.materials[0].mirror,
+        0.75
     );
 }
 
