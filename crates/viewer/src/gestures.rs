@@ -7,6 +7,7 @@ use lightbox_core::scene::CameraDesc;
 use lightbox_core::{Camera, Scene};
 
 use crate::model::{Model, Selection};
+use crate::zoom::Zoom;
 use crate::{flight, keys, orbit};
 
 /// Points of wheel travel that change the distance e-fold.
@@ -80,6 +81,8 @@ pub struct Gestures {
     corner: Option<[f32; 2]>,
     /// Whether the right button is held over the picture.
     holds: bool,
+    /// Whether the pixels are dragged, and not the camera.
+    pans_pixels: bool,
 }
 
 impl Gestures {
@@ -98,7 +101,7 @@ impl Gestures {
 
     /// Whether the camera moves or is being moved, so that its pivot is of interest.
     pub fn is_moving(&self, response: &Response) -> bool {
-        self.is_gliding() || response.dragged()
+        self.is_gliding() || (response.dragged() && !self.pans_pixels)
     }
 
     /// Whether [`keys::FLIGHT`] fly.
@@ -121,7 +124,8 @@ impl Gestures {
         self.glide.as_ref().map_or(model.desc.camera, |g| g.to)
     }
 
-    /// Applies this frame's events over the picture, shown in `rect`, to the model.
+    /// Applies this frame's events over the picture, shown in `rect`, to the model, or to what is
+    /// seen of the picture.
     pub fn update(
         &mut self,
         ui: &Ui,
@@ -129,12 +133,20 @@ impl Gestures {
         rect: Rect,
         scene: &Scene,
         model: &mut Model,
+        zoom: &mut Zoom,
     ) {
         let before = model.desc.camera;
         self.holds = response.is_pointer_button_down_on()
             && ui.input(|i| i.pointer.button_down(PointerButton::Secondary));
         let way = self.way(ui.ctx());
-        if !self.mark(ui, response, rect, model) {
+        let flies = way.is_some() || self.is_flying;
+        let pans = response.dragged_by(PointerButton::Middle)
+            || response.dragged_by(PointerButton::Secondary);
+        self.pans_pixels = pans && zoom.is_close() && !flies;
+        if self.pans_pixels {
+            zoom.pan(response.drag_delta(), rect);
+            ui.ctx().request_repaint(); // The picture is placed already.
+        } else if !self.mark(ui, response, rect, model) {
             self.drag(response, rect, scene, model, way.is_some());
         }
         self.fly(ui, scene, model, way);

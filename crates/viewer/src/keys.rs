@@ -356,7 +356,10 @@ pub fn all() -> impl Iterator<Item = (Modifiers, Key, Action, &'static str)> {
 /// Gestures over the picture, keys that go with them, and their description.
 pub const GESTURES: &[(&str, &str)] = &[
     ("left drag, or Alt+left drag", "orbit"),
-    ("right or middle drag", "pan"),
+    (
+        "right or middle drag",
+        "pan: the camera, or closer than all of the picture its pixels",
+    ),
     ("wheel or pinch", "move towards the point under the cursor"),
     ("click", "select an object"),
     (

@@ -94,7 +94,9 @@ impl Viewport {
         let whole = placed(ui, stage, snapshot.picture.map(|n| n as f32).into());
         let rect = self.zoom.applied(whole);
         self.zoom.follow(&response, whole, rect);
-        self.gestures.update(ui, &response, rect, scene, model);
+        let zoom = &mut self.zoom;
+        self.gestures
+            .update(ui, &response, rect, scene, model, zoom);
         let painter = ui.painter().with_clip_rect(stage);
         self.texture.draw(&painter, rect, snapshot);
         let reference = status.reference.as_ref();

@@ -48,11 +48,24 @@ impl Zoom {
     pub fn by(&mut self, factor: f32) {
         self.scale = (self.scale * factor).clamp(1.0, MOST);
         let (share, offset) = self.pointer;
-        // No more is seen beside the picture than without zoom.
-        let half = 0.5 / self.scale;
-        self.middle =
-            (share - offset / self.scale).clamp(Vec2::splat(half), Vec2::splat(1.0 - half));
+        self.look_at(share - offset / self.scale);
         self.pointer = (self.middle + offset / self.scale, offset);
+    }
+
+    /// Whether less than all of the picture is seen.
+    pub fn is_close(&self) -> bool {
+        self.scale > 1.0
+    }
+
+    /// Shifts what is seen of the picture, all of which lies in `zoomed`.
+    pub fn pan(&mut self, by: Vec2, zoomed: Rect) {
+        self.look_at(self.middle - by / zoomed.size());
+    }
+
+    /// No more is seen beside the picture than without zoom.
+    fn look_at(&mut self, middle: Vec2) {
+        let half = 0.5 / self.scale;
+        self.middle = middle.clamp(Vec2::splat(half), Vec2::splat(1.0 - half));
     }
 
     /// All of the picture.
@@ -90,5 +103,22 @@ mod tests {
         assert_eq!(zoom.applied(rect).width(), 200.0 * MOST);
         zoom.reset();
         assert_eq!(zoom.applied(rect), rect);
+        assert!(!zoom.is_close());
+    }
+
+    #[test]
+    fn a_pan_takes_the_picture_along_but_not_beside_its_place() {
+        let rect = Rect::from_min_size(Pos2::new(10.0, 20.0), Vec2::new(200.0, 100.0));
+        let mut zoom = Zoom::default();
+        zoom.by(4.0);
+        let before = zoom.applied(rect);
+        zoom.pan(Vec2::new(-30.0, 7.0), before);
+        let after = zoom.applied(rect);
+        assert!((after.min - before.min - Vec2::new(-30.0, 7.0)).length() < 1e-3);
+        assert_eq!(after.size(), before.size());
+        zoom.pan(Vec2::new(1e5, -1e5), after);
+        let corner = zoom.applied(rect);
+        assert!(corner.contains_rect(rect.shrink(1e-3)), "{corner}");
+        assert!((corner.left_bottom() - rect.left_bottom()).length() < 1e-3);
     }
 }

@@ -148,16 +148,18 @@ fn the_kept_picture_is_shown_beside_the_present_one() {
     window.wait("the other to go", |w| other(w).is_none());
 }
 
+/// The pixel under the pointer is this.
+fn pixel(window: &Window, text: &str) {
+    let found = window.harness.query_all_by_label_contains("RGB");
+    let value = |n: egui_kittest::Node<'_>| n.accesskit_node().value();
+    let read = found.filter_map(value).next().expect("a readout");
+    assert!(read.starts_with(text), "{read}");
+}
+
 #[test]
 fn pixels_can_be_looked_at_closely() {
     let mut window = Window::open(SCENE);
     let (eye, place) = (window.eye(), window.at(0.25, 0.25));
-    let pixel = |w: &Window, text: &str| {
-        let found = w.harness.query_all_by_label_contains("RGB");
-        let value = |n: egui_kittest::Node<'_>| n.accesskit_node().value();
-        let read = found.filter_map(value).next().expect("a readout");
-        assert!(read.starts_with(text), "{read}");
-    };
     window.harness.hover_at(place);
     window.harness.run_steps(2);
     pixel(&window, "10, 7 ");
@@ -176,4 +178,33 @@ fn pixels_can_be_looked_at_closely() {
     window.key(Modifiers::NONE, Key::Minus);
     pixel(&window, "18, 7 ");
     assert_eq!(window.eye(), eye);
+}
+
+#[test]
+fn close_pixels_are_panned_instead_of_the_camera() {
+    let mut window = Window::open(SCENE);
+    // The middle of a pixel.
+    let (camera, middle) = (
+        window.status().desc.camera,
+        window.at(20.5 / 40.0, 15.5 / 30.0),
+    );
+    let wide = window.at(21.5 / 40.0, 0.5).x - middle.x;
+    for button in [PointerButton::Secondary, PointerButton::Middle] {
+        window.harness.hover_at(middle);
+        window.harness.run_steps(2);
+        pixel(&window, "20, 15 ");
+        for _ in 0..2 {
+            window.key(Modifiers::NONE, Key::Plus);
+        }
+        // Two pixels to the left, of which each is four times as wide as one was.
+        window.drag(button, middle, Vec2::new(wide * 8.0, 0.0));
+        pixel(&window, "20, 15 ");
+        window.harness.hover_at(middle);
+        window.harness.run_steps(2);
+        pixel(&window, "18, 15 ");
+        assert_eq!(window.harness.state().model().desc.camera, camera);
+        window.key(Modifiers::NONE, Key::Num0);
+    }
+    window.drag(PointerButton::Middle, middle, Vec2::new(wide, 0.0));
+    assert_ne!(window.harness.state().model().desc.camera, camera);
 }
