@@ -3,6 +3,7 @@
 use egui::{Context, PointerButton, Pos2, Rect, Response, Ui, Vec2};
 use glam::Vec3;
 use lightbox_core::geometry::Hit;
+use lightbox_core::math::Ray;
 use lightbox_core::scene::CameraDesc;
 use lightbox_core::{Camera, Scene};
 
@@ -34,15 +35,18 @@ pub struct Pick {
     pub point: Vec3,
 }
 
-/// The surface at a place in the picture, given as shares of its width and height. One ray, cast
-/// here and now.
-pub fn pick(scene: &Scene, camera: &CameraDesc, size: [u32; 2], at: [f32; 2]) -> Option<Pick> {
+/// The ray through a place in the picture, given as shares of its width and height.
+pub fn ray(camera: &CameraDesc, size: [u32; 2], at: [f32; 2]) -> Option<Ray> {
     let place = [at[0] * size[0] as f32, at[1] * size[1] as f32];
     let pixel = [0, 1].map(|i| (place[i].max(0.0) as u32).min(size[i] - 1));
     let offset = [0, 1].map(|i| place[i] - pixel[i] as f32 - 0.5);
-    let ray = Camera::new(camera, size[0], size[1])
-        .ok()?
-        .ray(pixel, offset);
+    let camera = Camera::new(camera, size[0], size[1]).ok()?;
+    Some(camera.ray(pixel, offset))
+}
+
+/// The surface at such a place. One ray, cast here and now.
+pub fn pick(scene: &Scene, camera: &CameraDesc, size: [u32; 2], at: [f32; 2]) -> Option<Pick> {
+    let ray = ray(camera, size, at)?;
     let hit = scene.intersect(&ray)?;
     Some(Pick {
         hit,

@@ -361,7 +361,10 @@ pub const GESTURES: &[(&str, &str)] = &[
         "pan: the camera, or closer than all of the picture its pixels",
     ),
     ("wheel or pinch", "move towards the point under the cursor"),
-    ("click", "select an object"),
+    (
+        "click",
+        "select an object; drag its knobs to move, turn or scale it",
+    ),
     (
         "Ctrl+click",
         "look into the samples of a pixel: paths, noise, one step by step",

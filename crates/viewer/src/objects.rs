@@ -77,6 +77,61 @@ pub fn shift(desc: &mut SceneDesc, kind: ObjectKind, by: Vec3) {
     }
 }
 
+/// Turns an object about an axis through its middle, by radians; a sphere stays as it is.
+pub fn turn(desc: &mut SceneDesc, kind: ObjectKind, bounds: &Aabb, axis: Vec3, by: f32) {
+    let by = DQuat::from_axis_angle(axis.as_dvec3(), f64::from(by));
+    match kind {
+        ObjectKind::Sphere(_) => {}
+        ObjectKind::Quad(i) => {
+            if let Some(quad) = desc.quads.get_mut(i) {
+                quad.corners = mapped(&quad.corners, DMat3::from_quat(by));
+            }
+        }
+        ObjectKind::Mesh(i) => {
+            if let Some(mesh) = desc.meshes.get_mut(i) {
+                let rotate = degrees(by * quaternion(mesh.rotate));
+                pose(mesh, bounds, rotate, mesh.scale);
+            }
+        }
+    }
+}
+
+/// Makes an object larger around its middle.
+pub fn grow(desc: &mut SceneDesc, kind: ObjectKind, bounds: &Aabb, factor: f32) {
+    match kind {
+        ObjectKind::Sphere(i) => {
+            if let Some(sphere) = desc.spheres.get_mut(i) {
+                sphere.radius *= factor;
+            }
+        }
+        ObjectKind::Quad(i) => {
+            if let Some(quad) = desc.quads.get_mut(i) {
+                let map = DMat3::from_diagonal(DVec3::splat(f64::from(factor)));
+                quad.corners = mapped(&quad.corners, map);
+            }
+        }
+        ObjectKind::Mesh(i) => {
+            if let Some(mesh) = desc.meshes.get_mut(i) {
+                pose(mesh, bounds, mesh.rotate, mesh.scale * factor);
+            }
+        }
+    }
+}
+
+/// Puts an object back as it is in another description.
+pub fn restore(desc: &mut SceneDesc, kind: ObjectKind, from: &SceneDesc) {
+    fn copy<T: Clone>(to: &mut [T], from: &[T], i: usize) {
+        if let (Some(to), Some(from)) = (to.get_mut(i), from.get(i)) {
+            *to = from.clone();
+        }
+    }
+    match kind {
+        ObjectKind::Sphere(i) => copy(&mut desc.spheres, &from.spheres, i),
+        ObjectKind::Quad(i) => copy(&mut desc.quads, &from.quads, i),
+        ObjectKind::Mesh(i) => copy(&mut desc.meshes, &from.meshes, i),
+    }
+}
+
 /// Changes how a mesh is turned and scaled; the middle of its box, in the coordinates of its file,
 /// stays where it is.
 pub fn pose(mesh: &mut MeshDesc, bounds: &Aabb, rotate: Vec3, scale: f32) {
@@ -111,11 +166,21 @@ pub fn angles(corners: &[Vec3; 4]) -> Vec3 {
     let Some(axes) = axes(corners) else {
         return Vec3::ZERO;
     };
-    let (z, y, x) = DQuat::from_mat3(&axes).to_euler(EulerRot::ZYX);
+    degrees(DQuat::from_mat3(&axes))
+}
+
+/// A turn about x, then y, then z, degrees.
+fn degrees(turn: DQuat) -> Vec3 {
+    let (z, y, x) = turn.to_euler(EulerRot::ZYX);
     // From −0, a plus makes 0.
     DVec3::new(x, y, z)
-        .as_vec3()
         .map(|angle| angle.to_degrees() + 0.0)
+        .as_vec3()
+}
+
+fn quaternion(degrees: Vec3) -> DQuat {
+    let [x, y, z] = degrees.as_dvec3().to_array().map(f64::to_radians);
+    DQuat::from_euler(EulerRot::ZYX, z, y, x)
 }
 
 /// The quadrilateral turned around its middle to these [`angles`].
@@ -123,9 +188,10 @@ pub fn turned(corners: &[Vec3; 4], angles: Vec3) -> [Vec3; 4] {
     let Some(axes) = axes(corners) else {
         return *corners;
     };
-    let [x, y, z] = angles.to_array().map(|a| f64::from(a).to_radians());
-    let turn = DMat3::from_euler(EulerRot::ZYX, z, y, x) * axes.transpose();
-    mapped(corners, turn)
+    mapped(
+        corners,
+        DMat3::from_quat(quaternion(angles)) * axes.transpose(),
+    )
 }
 
 /// Whether these are [`angles`] of the quadrilateral: of a turn there are several.
@@ -354,6 +420,48 @@ mod tests {
             &[at + Vec3::X]
         ));
         assert_eq!(mesh_at("b.obj".into(), &Aabb::EMPTY, at, 1.0).translate, at);
+    }
+
+    #[test]
+    fn a_turn_about_an_axis_is_the_same_for_quads_and_meshes() {
+        let bounds = Aabb {
+            min: Vec3::splat(-1.0),
+            max: Vec3::splat(3.0),
+        };
+        let mut desc = SceneDesc::default();
+        let mesh = add_mesh(&mut desc, mesh_at("b.obj".into(), &bounds, Vec3::ONE, 1.0));
+        pose(
+            &mut desc.meshes[0],
+            &bounds,
+            Vec3::new(10.0, 20.0, 30.0),
+            0.5,
+        );
+        // Its corners are those of a quad.
+        let flat = [(-1.0, -1.0), (3.0, -1.0), (3.0, 3.0), (-1.0, 3.0)];
+        let flat = flat.map(|(x, y)| Vec3::new(x, y, 1.0));
+        let corners = flat.map(desc.meshes[0].placement());
+        let (name, material) = (String::new(), String::new());
+        let quad = QuadDesc {
+            name,
+            material,
+            corners,
+        };
+        let quad = add_quad(&mut desc, quad);
+        let before = desc.clone();
+        for kind in [mesh, quad] {
+            turn(&mut desc, kind, &bounds, Vec3::Y, 0.7);
+            turn(&mut desc, kind, &bounds, Vec3::X, -2.0);
+            grow(&mut desc, kind, &bounds, 3.0);
+        }
+        let placed = flat.map(desc.meshes[0].placement());
+        assert!(close(&placed, &desc.quads[0].corners), "{placed:?}");
+        assert!(!close(&placed, &corners));
+        let wide = placed[0].distance(placed[1]);
+        assert!((wide - 6.0).abs() < 1e-5, "{wide}");
+        for kind in [mesh, quad] {
+            restore(&mut desc, kind, &before);
+        }
+        assert_eq!(desc, before);
     }
 
     #[test]

@@ -1,17 +1,18 @@
 //! What is drawn over the picture: the outline of the selection, the pivot, small texts.
 
 use egui::accesskit::Role;
-use egui::{Color32, Painter, Pos2, Rect, Response, Sense, Stroke, Ui, Vec2, WidgetInfo};
+use egui::{Color32, Painter, Pos2, Rect, Response, Sense, Shape, Stroke, Ui, Vec2, WidgetInfo};
 use glam::Vec3;
 use lightbox_core::Scene;
 use lightbox_core::film::Pixel;
 use lightbox_core::math::Aabb;
-use lightbox_core::scene::{CameraDesc, ObjectKind, SphereDesc};
+use lightbox_core::scene::{CameraDesc, Object, ObjectKind, SphereDesc};
 
 use crate::gestures::{pick, share};
 use crate::model::Model;
 use crate::panels::format;
 use crate::session::Region;
+use crate::silhouette::Loops;
 
 /// Color of the selection's outline.
 const SELECTED: Color32 = Color32::from_rgb(255, 190, 60);
@@ -19,12 +20,27 @@ const SELECTED: Color32 = Color32::from_rgb(255, 190, 60);
 /// Lines of a sphere's outline.
 const ROUND: u32 = 64;
 
-/// Draws the outline of the selected object as it is edited: a sphere's rim, a quad's edges, the box
-/// around a mesh.
-pub fn outline(painter: &Painter, rect: Rect, scene: &Scene, model: &Model) {
-    let Some(object) = model.selection.and_then(|s| s.object(scene)) else {
+/// Draws the outline of the selected object as it is edited: a sphere's rim, a quad's edges, of a mesh
+/// its silhouette, or the box around it while that is not known.
+pub fn outline(
+    painter: &Painter,
+    rect: Rect,
+    object: &Object,
+    silhouette: Option<&Loops>,
+    model: &Model,
+) {
+    let pens = [(3.0, Color32::from_black_alpha(110)), (1.5, SELECTED)];
+    let pens = pens.map(|(width, color)| Stroke::new(width, color));
+    if let Some(loops) = silhouette {
+        let at = |share: &Vec2| rect.min + *share * rect.size();
+        for line in loops {
+            let points: Vec<Pos2> = line.iter().map(at).collect();
+            for pen in pens {
+                painter.add(Shape::closed_line(points.clone(), pen));
+            }
+        }
         return;
-    };
+    }
     let desc = &model.desc;
     let lines: Vec<[Vec3; 2]> = match object.kind {
         ObjectKind::Sphere(i) => desc
@@ -40,11 +56,10 @@ pub fn outline(painter: &Painter, rect: Rect, scene: &Scene, model: &Model) {
             edges(&object.bounds).map(|line| line.map(&place)).collect()
         }),
     };
-    for (width, color) in [(3.0, Color32::from_black_alpha(110)), (1.5, SELECTED)] {
-        let stroke = Stroke::new(width, color);
+    for pen in pens {
         for line in &lines {
             if let Some(line) = on_screen(rect, &desc.camera, *line) {
-                painter.line_segment(line, stroke);
+                painter.line_segment(line, pen);
             }
         }
     }
@@ -96,7 +111,7 @@ fn edges(bounds: &Aabb) -> impl Iterator<Item = [Vec3; 2]> + use<> {
     })
 }
 
-/// Where a line is seen, as far as it is in front of the camera.
+/// Where a line is seen, as far as it is in front of the camera; from its nearer end.
 fn on_screen(rect: Rect, camera: &CameraDesc, [a, b]: [Vec3; 2]) -> Option<[Pos2; 2]> {
     let axis = (camera.target - camera.eye).normalize_or_zero();
     let depth = |p: Vec3| (p - camera.eye).dot(axis);
@@ -112,11 +127,13 @@ fn on_screen(rect: Rect, camera: &CameraDesc, [a, b]: [Vec3; 2]) -> Option<[Pos2
     } else {
         near
     };
-    let seen = |point| {
-        let ([x, y], _) = crate::orbit::projected(camera, point)?;
-        Some(rect.center() + Vec2::new(x, y) * rect.height())
-    };
-    Some([seen(near)?, seen(far)?])
+    Some([seen(rect, camera, near)?, seen(rect, camera, far)?])
+}
+
+/// Where a point is seen, if it is in front of the camera.
+pub fn seen(rect: Rect, camera: &CameraDesc, point: Vec3) -> Option<Pos2> {
+    let ([x, y], _) = crate::orbit::projected(camera, point)?;
+    Some(rect.center() + Vec2::new(x, y) * rect.height())
 }
 
 /// The region that is rendered first.

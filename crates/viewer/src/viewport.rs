@@ -6,11 +6,13 @@ use lightbox_core::settings::MAX_SIZE;
 use crate::aov::Scope;
 use crate::compare::Compare;
 use crate::gestures::Gestures;
+use crate::handles::Handles;
 use crate::legend;
 use crate::model::{Model, PictureSize};
 use crate::overlay;
 use crate::panels::format;
 use crate::session::{Session, Snapshot, Status};
+use crate::silhouette::Silhouette;
 use crate::texture::Texture;
 use crate::zoom::Zoom;
 
@@ -29,6 +31,8 @@ pub struct Viewport {
     pub compare: Compare,
     /// Which part of the picture is seen.
     pub zoom: Zoom,
+    handles: Handles,
+    silhouette: Silhouette,
     texture: Texture,
     resize: Option<Resize>,
 }
@@ -39,6 +43,8 @@ impl Default for Viewport {
             gestures: Gestures::default(),
             compare: Compare::default(),
             zoom: Zoom::default(),
+            handles: Handles::default(),
+            silhouette: Silhouette::default(),
             texture: Texture::new("picture"),
             resize: None,
         }
@@ -103,14 +109,24 @@ impl Viewport {
         self.compare
             .draw(ui, space, rect, other.as_deref(), reference);
 
-        overlay::outline(&painter, rect, scene, model);
+        if let Some(object) = model.selection.and_then(|s| s.object(scene)) {
+            let is_still = snapshot.preview.is_none();
+            let seen = self.silhouette.of(ui.ctx(), scene, object, model, is_still);
+            overlay::outline(&painter, rect, object, seen, model);
+        }
         if let Some(region) = model.region {
             overlay::region(&painter, rect, region);
         }
         if self.gestures.is_moving(&response) {
             overlay::pivot(&painter, rect.center());
         }
-        if let Some(past) = &snapshot.past {
+        let edit = match snapshot.past {
+            None => self.handles.ui(ui, &painter, rect, scene, model),
+            Some(_) => None, // The object may have stood elsewhere.
+        };
+        if let Some(text) = edit {
+            overlay::tag(ui, &painter, space.left_top(), &text);
+        } else if let Some(past) = &snapshot.past {
             let text = format!(
                 "as it was at {} spp, after {}",
                 format::count(past.samples),

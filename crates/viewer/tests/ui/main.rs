@@ -10,6 +10,7 @@ mod disk;
 mod editing;
 mod files;
 mod habits;
+mod handles;
 mod lab;
 mod layout;
 mod navigation;
