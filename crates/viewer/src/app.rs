@@ -1,88 +1,28 @@
 //! The window: a session behind, a model in hand, panels around the picture.
 
+mod actions;
+mod files;
 mod habits;
+mod start;
 
 use std::path::PathBuf;
 
-use egui::{CentralPanel, Color32, Context, Frame, Margin, Panel, ScrollArea, Ui, ViewportCommand};
-use glam::Vec3;
+use egui::{CentralPanel, Context, Frame, Margin, Panel, ScrollArea, Ui, ViewportCommand};
 use lightbox_core::SceneDesc;
 use lightbox_core::scene::{BUILTIN, CameraDesc};
 
-use crate::aov::Aov;
 use crate::autopsy::AutopsyPanel;
-use crate::bookmarks;
-use crate::commands::INTERRUPTED;
-use crate::dialogs::{Answer, Dialogs, OPENS};
-use crate::flight;
+use crate::dialogs::Dialogs;
 use crate::keys::{self, Action};
 use crate::model::{Model, scene_name};
-use crate::orbit;
 use crate::panels::{self, Banners, ChartPanel, LabPanel, RacePanel};
-use crate::session::{Activity, Budget, Look, Moment, Notice, Region, Session, Status};
+use crate::session::{Budget, Look, Moment, Notice, Region, Session, Status};
 use crate::settings::Settings;
 use crate::undo::Undo;
 use crate::unsaved::Unsaved;
 use crate::viewport::Viewport;
 
-/// Stops by which a key changes the exposure.
-const EXPOSURE_STEP: f32 = 0.5;
-
-/// Share of white by which a key changes the offset.
-const OFFSET_STEP: f32 = 0.1;
-
-/// The window's icon: `dist/lightbox.svg` at 128×128 (`rsvg-convert -w 128`).
-const ICON: &[u8] = include_bytes!("icon.png");
-
-/// What to do where no window can be opened.
-const WITHOUT_WINDOW: &str = "use `lightbox render SCENE -o OUT.png` instead";
-
-/// Opens the window on a scene or mesh, or on the first built-in scene, until the user closes it.
-/// The error is one line that names what to use where there is no display.
-pub fn run(path: Option<PathBuf>) -> Result<(), String> {
-    if !has_display() {
-        return Err(format!(
-            "there is no display to open a window on; {WITHOUT_WINDOW}"
-        ));
-    }
-    let icon = eframe::icon_data::from_png_bytes(ICON).expect("the icon is a PNG");
-    let viewport = egui::ViewportBuilder::default()
-        .with_title("lightbox")
-        .with_app_id("lightbox")
-        .with_icon(icon)
-        .with_inner_size([1280.0, 720.0])
-        .with_min_inner_size([640.0, 400.0])
-        .with_drag_and_drop(true);
-    let options = eframe::NativeOptions {
-        viewport,
-        ..Default::default()
-    };
-    let create: eframe::AppCreator<'_> = Box::new(|context| {
-        let settings = Settings::load(context.storage);
-        let app = App::new(&context.egui_ctx, path)?.remembering(settings);
-        let end = app.session.ender();
-        ctrlc::set_handler(move || {
-            end();
-            #[expect(
-                clippy::disallowed_methods,
-                reason = "a window out of sight draws nothing, and never comes back to main"
-            )]
-            std::process::exit(INTERRUPTED.into());
-        })?;
-        Ok(Box::new(app))
-    });
-    eframe::run_native("lightbox", options, create).map_err(|e| {
-        // What comes before the last colon names places in somebody's source code.
-        let text = e.to_string();
-        let reason = text.lines().last().unwrap_or_default();
-        let reason = reason
-            .rsplit(": ")
-            .next()
-            .unwrap_or_default()
-            .trim_end_matches(')');
-        format!("cannot open a window ({reason}); {WITHOUT_WINDOW}")
-    })
-}
+pub use start::run;
 
 /// What the whole window looks like, where that is not egui's own taste.
 fn restyle(ctx: &Context) {
@@ -96,14 +36,6 @@ fn restyle(ctx: &Context) {
         family.extend(spare.unwrap_or_default());
     }
     ctx.set_fonts(fonts);
-}
-
-/// Whether a display server is named; only where there may be none.
-fn has_display() -> bool {
-    let named = |name| std::env::var_os(name).is_some_and(|v| !v.is_empty());
-    cfg!(not(all(unix, not(target_vendor = "apple"))))
-        || named("DISPLAY")
-        || named("WAYLAND_DISPLAY")
 }
 
 /// The viewer.
@@ -240,221 +172,12 @@ impl App {
         }
     }
 
-    fn act(&mut self, ctx: &Context, action: Action, status: &Status) {
-        match action {
-            Action::Open => self.dialogs.open(ctx),
-            Action::OpenPath(path) => self.open(path),
-            Action::Leave(answer) => self.leave(ctx, answer, status),
-            Action::CancelOpening => self.session.cancel_opening(),
-            Action::Reload => {
-                if let Some(scene) = &status.scene {
-                    self.open(scene.path().to_owned());
-                }
-            }
-            Action::SavePng => self.ask_where_to_save(ctx, "png", status),
-            Action::SaveExr => self.ask_where_to_save(ctx, "exr", status),
-            Action::SaveSamples => self.ask_where_to_save(ctx, "part", status),
-            Action::Pause
-                if !self.race.is_running()
-                    && matches!(status.activity, Activity::Rendering | Activity::Paused) =>
-            {
-                self.is_paused = !self.is_paused;
-            }
-            Action::Pause => {}
-            Action::Frame => self.frame(ctx, status),
-            Action::Home => self
-                .viewport
-                .gestures
-                .glide(ctx, &self.model, self.model.file_camera),
-            Action::CameraBack => {
-                self.viewport.gestures.halt();
-                self.camera_undo.undo(&mut self.model.desc.camera);
-            }
-            Action::CameraOn => {
-                self.viewport.gestures.halt();
-                self.camera_undo.redo(&mut self.model.desc.camera);
-            }
-            Action::ViewFrom(axis) => {
-                let direction = Vec3::from(axis.map(f32::from));
-                let from = self.viewport.gestures.destination(&self.model);
-                let to = flight::seen_from(&from, direction);
-                self.viewport.gestures.glide(ctx, &self.model, to);
-            }
-            Action::Fly => {
-                let is_flying = &mut self.viewport.gestures.is_flying;
-                *is_flying = !*is_flying;
-            }
-            Action::FreeOrbit => self.model.toggle_free_orbit(),
-            Action::CopyCamera => {
-                ctx.copy_text(bookmarks::text(&self.model.desc.camera));
-                self.say(
-                    ctx,
-                    "the camera is in the clipboard as text; Ctrl+V takes it up",
-                );
-            }
-            Action::Brighter => self.expose(EXPOSURE_STEP),
-            Action::Darker => self.expose(-EXPOSURE_STEP),
-            Action::Raise => self.offset(OFFSET_STEP),
-            Action::Lower => self.offset(-OFFSET_STEP),
-            Action::FitTone => self.session.fit_tone(),
-            Action::ResetTone => {
-                let tone = &mut self.model.tone;
-                (tone.exposure, tone.offset) = (0.0, 0.0);
-            }
-            Action::SaveScene => self.ask_where_to_save_scene(ctx, status),
-            Action::Undo => {
-                self.viewport.gestures.halt();
-                self.undo.undo(&mut self.model.desc);
-            }
-            Action::Redo => {
-                self.viewport.gestures.halt();
-                self.undo.redo(&mut self.model.desc);
-            }
-            // Once more, it goes back to the light.
-            Action::Show(aov) if self.model.aov == aov => self.model.aov = Aov::COLOR,
-            Action::Show(aov) => self.model.aov = aov,
-            Action::Duplicate => {
-                if let Some(scene) = &status.scene {
-                    self.model.duplicate(scene);
-                }
-            }
-            Action::Delete => self.model.delete(),
-            Action::AddMesh => self.dialogs.mesh(ctx),
-            Action::Help => self.is_help_open = !self.is_help_open,
-            Action::Lab => self.lab.is_open = !self.lab.is_open,
-            Action::Chart => self.chart.is_open = !self.chart.is_open,
-            Action::Race => self.race.is_open = !self.race.is_open,
-            Action::SaveRace => self.dialogs.race(ctx),
-            Action::Reference => self.dialogs.reference(ctx),
-            Action::Keep if status.samples > 0 => self.viewport.compare.keep(&self.session),
-            Action::Keep => self.complain(ctx, "there is no picture to keep yet".into()),
-            Action::Strip => self.viewport.compare.toggle_strip(),
-            Action::Compare(_)
-                if status.reference.is_none() && !self.viewport.compare.is_keeping() =>
-            {
-                let text = "nothing to compare with yet: K keeps this picture";
-                self.complain(ctx, text.into());
-            }
-            Action::Compare(mode) => self.viewport.compare.toggle(mode),
-            Action::Zoom(closer) => {
-                self.viewport.zoom.by(if closer { 2.0 } else { 0.5 });
-                ctx.request_repaint(); // The picture is drawn already.
-            }
-            Action::ZoomAll => {
-                self.viewport.zoom.reset();
-                ctx.request_repaint();
-            }
-            Action::Autopsy => {
-                self.autopsy.ask();
-                ctx.request_repaint(); // It is followed up with the picture.
-            }
-            Action::Escape if self.is_help_open => self.is_help_open = false,
-            Action::Escape if self.lab.is_open => self.lab.is_open = false,
-            Action::Escape if self.race.is_open => self.race.is_open = false,
-            Action::Plan => self.is_plan_open = !self.is_plan_open,
-            Action::Escape if self.is_plan_open => self.is_plan_open = false,
-            Action::Escape if self.chart.is_open => self.chart.is_open = false,
-            Action::Escape if self.autopsy.is_open => self.autopsy.is_open = false,
-            Action::Escape if self.viewport.gestures.is_flying => {
-                self.viewport.gestures.is_flying = false;
-            }
-            Action::Escape => self.model.selection = None,
-            Action::Quit => ctx.send_viewport_cmd(ViewportCommand::Close),
-        }
-    }
-
-    fn expose(&mut self, stops: f32) {
-        self.model.tone.exposure = (self.model.tone.exposure + stops).clamp(-10.0, 10.0);
-    }
-
-    fn offset(&mut self, by: f32) {
-        // Tenths, so that as many steps back lead to zero.
-        let offset = ((self.model.tone.offset + by) * 10.0).round() / 10.0;
-        self.model.tone.offset = offset.clamp(-1.0, 1.0);
-    }
-
-    fn frame(&mut self, ctx: &Context, status: &Status) {
-        let Some(scene) = &status.scene else { return };
-        let selected = self.model.selection.and_then(|s| s.object(scene));
-        let bounds = selected.map_or_else(
-            || scene.geometry().bounds(),
-            |object| scene.object_bounds(object),
-        );
-        let settings = &self.model.desc.render;
-        let aspect = settings.width as f32 / settings.height as f32;
-        let to = orbit::framed(
-            &self.viewport.gestures.destination(&self.model),
-            &bounds,
-            aspect,
-        );
-        self.viewport.gestures.glide(ctx, &self.model, to);
-    }
-
-    fn ask_where_to_save(&mut self, ctx: &Context, extension: &'static str, status: &Status) {
-        if let Some(scene) = status.scene.as_ref().filter(|_| status.samples > 0) {
-            let name = scene_name(scene.path());
-            // More samples come while the dialog is open.
-            let name = match status.activity {
-                Activity::Rendering => format!("{name}.{extension}"),
-                _ => format!("{name}-{}spp.{extension}", status.samples),
-            };
-            self.dialogs.save(ctx, &name, extension);
-        } else {
-            self.complain(ctx, "there is no picture to save yet".into());
-        }
-    }
-
-    fn ask_where_to_save_scene(&mut self, ctx: &Context, status: &Status) {
-        if let Some(scene) = &status.scene {
-            let name = format!("{}.toml", scene_name(scene.path()));
-            self.dialogs.save(ctx, &name, "toml");
-        }
-    }
-
     /// Shows a picture as it was, or as it is.
     fn look_back(&mut self, ctx: &Context, past: Option<Moment>) {
         if past != self.past {
             self.past = past;
             self.session.look_back(past);
             ctx.request_repaint(); // The picture is drawn already.
-        }
-    }
-
-    fn take_answers(&mut self, ctx: &Context) {
-        match self.dialogs.answer() {
-            Some(Answer::Open(path)) => self.open(path),
-            Some(Answer::Save(path)) => self.save(path),
-            Some(Answer::Reference(path)) => self.session.load_reference(path),
-            Some(Answer::Race(folder)) => self.race.save(ctx, folder),
-            Some(Answer::Mesh(file, bounds)) => {
-                if let Some(scene) = self.session.status().scene {
-                    self.model.add_mesh(&scene, file, &bounds);
-                }
-            }
-            Some(Answer::Unavailable(text)) => self.complain(ctx, text),
-            Some(Answer::Cancelled) => self.unsaved.not_saved(),
-            None => {}
-        }
-    }
-
-    fn take_drops(&mut self, ctx: &Context) {
-        let dropped = ctx.input_mut(|i| std::mem::take(&mut i.raw.dropped_files));
-        // One window shows one scene.
-        let Some(file) = dropped.last() else { return };
-        let path = file.path();
-        let known = OPENS
-            .iter()
-            .any(|e| path.extension().is_some_and(|x| x.eq_ignore_ascii_case(e)));
-        if known {
-            self.open(path.to_owned());
-        } else {
-            self.complain(
-                ctx,
-                format!(
-                    "{}: not a scene; drop a .toml scene, an .obj mesh or a saved picture",
-                    path.display()
-                ),
-            );
         }
     }
 
@@ -591,7 +314,7 @@ impl eframe::App for App {
             self.session.measure_plan();
         }
         panels::help_ui(&ctx, &mut self.is_help_open);
-        hovered_files(&ctx);
+        files::hovered_files(&ctx);
 
         for action in actions {
             self.act(&ctx, action, &status);
@@ -599,33 +322,4 @@ impl eframe::App for App {
         self.quit(&ctx, &status);
         self.send();
     }
-}
-
-/// Says what will happen to a file held over the window.
-fn hovered_files(ctx: &Context) {
-    let name = ctx.input(|i| {
-        let file = i.raw.hovered_files.last()?;
-        Some(
-            file.path
-                .as_ref()
-                .and_then(|p| p.file_name())
-                .map(|n| n.to_string_lossy().into_owned()),
-        )
-    });
-    let Some(name) = name else { return };
-    let layer = egui::LayerId::new(egui::Order::Foreground, egui::Id::unique("hovered files"));
-    let (painter, window) = (ctx.layer_painter(layer), ctx.content_rect());
-    painter.rect_filled(window, 0.0, Color32::from_black_alpha(190));
-    let text = match name {
-        Some(name) => format!("Drop to open {name}"),
-        None => "Drop a scene, a mesh or a saved picture to open it".into(),
-    };
-    let font = egui::FontId::proportional(24.0);
-    painter.text(
-        window.center(),
-        egui::Align2::CENTER_CENTER,
-        text,
-        font,
-        Color32::WHITE,
-    );
 }

@@ -1,8 +1,6 @@
 //! What the window remembers, watches and asks: settings, bookmarks, files that change on disk, edits
 //! that would be lost.
 
-use std::path::PathBuf;
-
 use egui::Context;
 
 use super::App;
@@ -76,27 +74,6 @@ impl App {
             self.say(ctx, &format!("{name} was changed on disk and read again"));
             self.unsaved.keeps_view();
             self.session.open(scene.path());
-        }
-    }
-
-    /// Opens a file, once it is clear what becomes of edits. To read the same file again is an edit
-    /// that can be undone.
-    pub(super) fn open(&mut self, path: PathBuf) {
-        if path == self.title {
-            self.unsaved.leave(Answer::Stay);
-        } else if !self.unsaved.may_leave(&self.model.desc, &path) {
-            return;
-        }
-        self.session.open(&path);
-    }
-
-    /// Goes on as the user wants edits to be treated.
-    pub(super) fn leave(&mut self, ctx: &Context, answer: Answer, status: &Status) {
-        if let Some(path) = self.unsaved.leave(answer) {
-            self.session.open(&path);
-        }
-        if answer == Answer::Save {
-            self.ask_where_to_save_scene(ctx, status);
         }
     }
 

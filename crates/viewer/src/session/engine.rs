@@ -1,26 +1,23 @@
 //! The engine thread: takes the newest wishes, renders, publishes.
 
+mod beside;
+mod scene;
+
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, PoisonError};
 
-use lightbox_core::image_io::tone_mapped;
-use lightbox_core::part;
 use lightbox_core::scene::Source;
-use lightbox_core::{Image, RenderSettings, Scene, SceneDesc, View};
+use lightbox_core::{Scene, SceneDesc};
 use rayon::ThreadPool;
 
 use super::budget::{Budget, Outlook};
-use super::history::{History, Moment, Point};
-use super::keeper::{Keeper, Taken};
+use super::history::{History, Moment};
+use super::keeper::Keeper;
 use super::look::Look;
 use super::picture::Picture;
 use super::preview::Governor;
-use super::{
-    Activity, Inbox, Kept, Loaded, Reference, Referring, Region, Shared, Shown, Snapshot, lock,
-};
-use crate::aov::Aov;
+use super::{Activity, Inbox, Reference, Region, Shared, Snapshot, lock};
 use crate::savings::{Savings, Trial};
 
 struct Engine<'a> {
@@ -192,63 +189,6 @@ impl Engine<'_> {
         }
     }
 
-    /// Keeps the samples of the picture in a file from now on.
-    fn keep(&mut self, path: PathBuf) {
-        let checked = part::check_writable(&path).and_then(|()| match &self.picture {
-            Some(picture) if picture.film.samples() > 0 => Ok(picture),
-            _ => Err("there are no samples to save yet".into()),
-        });
-        match checked {
-            Ok(picture) => {
-                if let Some(before) = self.keeper.take() {
-                    before.close(self.shared, picture.progress.seconds);
-                }
-                let (view, film, tone) = (&picture.view, picture.film.clone(), self.look.tone);
-                self.keeper = Some(Keeper::new(path, view, tone, film, 0));
-                self.tend(true);
-            }
-            Err(message) => self.shared.notify(message, true),
-        }
-    }
-
-    /// Has the samples written if it is time to, or `now`.
-    fn tend(&mut self, now: bool) {
-        let (Some(keeper), Some(picture)) = (&mut self.keeper, &self.picture) else {
-            return;
-        };
-        let rests = now || self.paused || picture.is_done();
-        keeper.tend(self.shared, picture.progress.seconds, rests);
-    }
-
-    /// Takes note of how a writing went.
-    fn kept(&mut self, (path, kept): Kept) {
-        let Some(keeper) = self.keeper.as_mut().filter(|k| k.path() == path) else {
-            return;
-        };
-        match kept {
-            Ok(samples) if keeper.written(samples) => {
-                let path = keeper.path().display();
-                let text =
-                    format!("saved {path}; kept up to date as long as the picture is the same");
-                self.shared.notify(text, false);
-            }
-            Ok(_) => {}
-            Err(message) => {
-                self.keeper = None;
-                self.shared.notify(message, true);
-            }
-        }
-    }
-
-    /// Sets up what the plan of the present view is measured by.
-    fn measure_plan(&mut self) {
-        let Some(picture) = &self.picture else { return };
-        match Trial::new(&picture.view, &picture.camera) {
-            Ok(trial) => self.trial = trial,
-            Err(message) => self.shared.notify(message, true),
-        }
-    }
-
     /// Tells the picture when it is done.
     fn budget(&mut self) {
         if let Some(picture) = &mut self.picture {
@@ -263,230 +203,6 @@ impl Engine<'_> {
         if let (Some(picture), Some(run)) = (&self.picture, &self.history.present) {
             let goal = self.budget.goal(picture.view.settings.samples);
             self.outlook.update(run, goal, picture.is_done());
-        }
-    }
-
-    /// Readies the picture that is looked back to.
-    fn look_back(&mut self) {
-        let kept = self.past.and_then(|moment| self.history.picture(moment));
-        let past = kept.map(|(point, image)| {
-            self.snapshots += 1;
-            Arc::new(still(image, self.look, self.snapshots, Some(*point)))
-        });
-        lock(&self.shared.outbox).past = past;
-    }
-
-    /// Readies the reference to be shown beside the picture.
-    fn show_other(&mut self) {
-        let reference = self.reference.as_ref().filter(|_| self.compares);
-        let other = reference.map(|reference| {
-            self.snapshots += 1;
-            Arc::new(still(&reference.image, self.look, self.snapshots, None))
-        });
-        lock(&self.shared.outbox).other = other;
-        (self.shared.wake)();
-    }
-
-    fn refer(&mut self, referring: Referring) {
-        self.reference = match (referring, &self.picture) {
-            (Referring::To(reference), _) => Some(reference),
-            (Referring::ToPresent, Some(picture)) if picture.film.samples() > 0 => {
-                let settings = &picture.view.settings;
-                Some(Arc::new(Reference {
-                    image: self.pool.install(|| picture.film.develop()).into(),
-                    name: format!("{} spp {}", picture.film.samples(), settings.method),
-                    stream: Some((settings.sampler, settings.seed)),
-                }))
-            }
-            (Referring::ToPresent, _) => return,
-            (Referring::ToNone, _) => None,
-        };
-        Arc::make_mut(&mut self.history).refer(self.reference.as_deref());
-        if let Some(picture) = &mut self.picture {
-            picture.refer(self.reference.clone());
-            // Measured anew as it is drawn.
-            self.stale |= picture.film.samples() > 0;
-        }
-    }
-
-    /// Goes over to another file.
-    fn open(&mut self, loaded: Loaded) {
-        let Loaded {
-            source,
-            scene,
-            tone,
-            opening,
-            taken,
-        } = loaded;
-        self.abandon_rebuild();
-        self.source = Some(source);
-        self.opening = opening;
-        self.scene = Some(scene.clone());
-        self.governor = Governor::default();
-        self.look.tone = tone.unwrap_or(self.look.tone);
-        self.desc = Arc::new(scene.desc().clone());
-        self.opened += 1;
-        {
-            let mut outbox = lock(&self.shared.outbox);
-            outbox.status.opened = self.opened;
-            outbox.status.tone = tone;
-            outbox.status.scene = Some(scene);
-            outbox.status.desc = self.desc.clone();
-        }
-        self.begin(taken);
-    }
-
-    /// Goes over to a scene with edited shapes.
-    fn take_up(&mut self, number: u64, scene: Result<Scene, String>) {
-        let Some((_, wanted)) = self.rebuilding.take_if(|(n, _)| *n == number) else {
-            return; // It has been superseded.
-        };
-        match scene {
-            Ok(scene) => {
-                self.scene = Some(Arc::new(scene));
-                // Edits may have come while the accelerator was built.
-                self.edit(self.desc.clone());
-            }
-            Err(message) => {
-                self.shared.notify(message, true);
-                if wanted != self.desc {
-                    // What was wrong may have been put right while the accelerator was built.
-                    self.edit(self.desc.clone());
-                }
-            }
-        }
-    }
-
-    /// Goes over to an edited description with as little new work as it allows.
-    fn edit(&mut self, desc: Arc<SceneDesc>) {
-        let Some(mut scene) = self.scene.clone() else {
-            return;
-        };
-        self.desc = desc.clone();
-        if scene.rebuilds_for(&desc) {
-            self.rebuild(&scene, desc.clone());
-            // The old shapes from the new place, until the new are ready.
-            let shows = |picture: &Picture| {
-                picture.camera == desc.camera && Arc::ptr_eq(&picture.view.scene, &scene)
-            };
-            if !self.picture.as_ref().is_some_and(shows) {
-                self.restart();
-            }
-            return;
-        }
-        self.abandon_rebuild();
-        let same_surfaces = (&desc.materials, desc.background)
-            == (&scene.desc().materials, scene.desc().background)
-            && desc.same_assignments(scene.desc());
-        if !same_surfaces {
-            match scene.edit((*desc).clone(), &lightbox_core::scene::unwatched) {
-                Ok(edited) => scene = Arc::new(edited),
-                Err(e) => return self.shared.notify(e.to_string(), true),
-            }
-            self.scene = Some(scene.clone());
-        }
-        match &mut self.picture {
-            Some(picture)
-                if Arc::ptr_eq(&picture.view.scene, &scene)
-                    && picture.camera == desc.camera
-                    && desc.render
-                        == (RenderSettings {
-                            samples: desc.render.samples,
-                            ..picture.view.settings
-                        }) =>
-            {
-                picture.view.settings.samples = desc.render.samples;
-                self.budget();
-            }
-            _ => self.restart(),
-        }
-    }
-
-    /// Has an accelerator built in the background. One at a time: a drag would start one for each
-    /// frame and see none. What has changed since is seen to when it is there.
-    fn rebuild(&mut self, scene: &Arc<Scene>, desc: Arc<SceneDesc>) {
-        if self.rebuilding.is_some() {
-            return;
-        }
-        let (scene, edited) = (scene.clone(), desc.clone());
-        let number = self.shared.start(
-            |outbox| &mut outbox.rebuilding,
-            scene.path().display().to_string(),
-            move |watcher| {
-                scene
-                    .edit((*edited).clone(), watcher)
-                    .map_err(|e| e.to_string())
-            },
-            |inbox, number, scene| inbox.rebuilt = Some((number, scene)),
-        );
-        self.rebuilding = Some((number, desc));
-    }
-
-    /// Drops an accelerator in the making: what asked for it has been taken back.
-    fn abandon_rebuild(&mut self) {
-        if self.rebuilding.take().is_some() {
-            lock(&self.shared.outbox).rebuilding = None;
-        }
-    }
-
-    /// Starts the present description's picture anew.
-    fn restart(&mut self) {
-        self.begin(None);
-    }
-
-    /// Starts the present description's picture, with the samples that the file it was opened from
-    /// holds.
-    fn begin(&mut self, taken: Option<Taken>) {
-        let Some(scene) = self.scene.clone() else {
-            return;
-        };
-        match View::new(scene, &self.desc.camera, self.desc.render) {
-            Ok(view) => {
-                self.tend(true); // What is left behind is kept to its last sample.
-                let kept = self.keeper.take();
-                (self.trial, self.savings) = (None, None);
-                let mut picture = Picture::new(view, self.desc.camera, &self.governor);
-                picture.refer(self.reference.clone());
-                picture.prefer(self.region);
-                self.stale |= taken.is_some() || self.look.aov.is_of_surfaces();
-                if let Some(taken) = taken {
-                    picture.take_up(taken);
-                    let (path, film) = (picture.view.scene.path().to_owned(), &picture.film);
-                    let saved = film.samples();
-                    let tone = self.look.tone;
-                    let keeper = Keeper::new(path, &picture.view, tone, film.clone(), saved);
-                    self.keeper = Some(keeper);
-                } else if let Some(keeper) = kept {
-                    let path = keeper.path().display();
-                    let text = format!("{path}: keeps the picture as it was; save this one anew");
-                    self.shared.notify(text, false);
-                }
-                let is_edited = self.source.as_ref().is_some_and(|source| {
-                    let (camera, render) = (source.desc.camera, source.desc.render);
-                    let desc = picture.view.scene.desc().clone();
-                    source.desc
-                        != (SceneDesc {
-                            camera,
-                            render,
-                            ..desc
-                        })
-                });
-                let mut outbox = lock(&self.shared.outbox);
-                outbox.status.is_edited = is_edited;
-                outbox.shown = Some(Shown {
-                    view: picture.view.clone(),
-                    camera: picture.camera,
-                    film: picture.film.clone(),
-                    is_edited,
-                });
-                drop(outbox);
-                let was_done = self.picture.as_ref().is_some_and(Picture::is_done);
-                let path = picture.view.scene.path().to_owned();
-                Arc::make_mut(&mut self.history).begin(self.desc.clone(), path, was_done);
-                self.picture = Some(picture);
-                self.budget();
-            }
-            Err(message) => self.shared.notify(message, true),
         }
     }
 
@@ -581,19 +297,5 @@ impl Engine<'_> {
         }
         drop(outbox);
         (self.shared.wake)();
-    }
-}
-
-/// A picture that no longer changes, as it is shown.
-fn still(image: &Image, look: Look, number: u64, past: Option<Point>) -> Snapshot {
-    let size = [image.width as usize, image.height as usize];
-    Snapshot {
-        size,
-        rgb: tone_mapped(image, look.tone),
-        picture: size,
-        preview: None,
-        past,
-        aov: Aov::COLOR,
-        number,
     }
 }

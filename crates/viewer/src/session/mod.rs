@@ -15,21 +15,21 @@ mod look;
 mod picture;
 mod preview;
 mod reference;
+mod shared;
 mod shown;
 mod status;
 #[cfg(test)]
 mod test;
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::sync::Arc;
 use std::thread::JoinHandle;
 
 use lightbox_core::color::ToneMap;
 use lightbox_core::compare::check_size;
 use lightbox_core::film::Pixel;
 use lightbox_core::part;
-use lightbox_core::scene::{self, Scene, Source};
+use lightbox_core::scene;
 use lightbox_core::{Film, SceneDesc, View};
 
 use crate::saved;
@@ -41,164 +41,12 @@ pub use budget::Budget;
 pub use history::{History, Moment, Point, Run};
 pub use look::Look;
 pub use reference::Reference;
+use shared::{Inbox, Kept, Loaded, Outbox, Referring, Shared, lock};
 use shown::Shown;
 pub use status::{Activity, Notice, Snapshot, Status};
 
 /// Left, top, right and bottom of a part of the picture, in shares of it.
 pub type Region = [f32; 4];
-
-/// What the user wants and the engine has not taken up yet.
-#[derive(Default)]
-struct Inbox {
-    /// An edit, and which scene it was meant for: the number that [`Status::opened`] had.
-    edit: Option<(u64, Arc<SceneDesc>)>,
-    /// A file, or why it cannot be opened.
-    opened: Option<Result<Box<Loaded>, String>>,
-    /// The scene with edited shapes, and the number of that work.
-    rebuilt: Option<(u64, Result<Scene, String>)>,
-    look: Option<Look>,
-    paused: Option<bool>,
-    budget: Option<Budget>,
-    reference: Option<Referring>,
-    past: Option<Option<Moment>>,
-    compares: Option<bool>,
-    region: Option<Option<Region>>,
-    clear_history: bool,
-    measure_plan: bool,
-    /// A file to keep the samples in.
-    keep: Option<PathBuf>,
-    kept: Option<Kept>,
-    quit: bool,
-}
-
-/// A file of samples, and how many per pixel are in it by now, or why they are not.
-type Kept = (PathBuf, Result<u64, String>);
-
-/// What becomes of the reference.
-enum Referring {
-    To(Arc<Reference>),
-    ToPresent,
-    ToNone,
-}
-
-impl Inbox {
-    fn is_empty(&self) -> bool {
-        let Self {
-            edit,
-            opened,
-            rebuilt,
-            look,
-            paused,
-            budget,
-            reference,
-            past,
-            compares,
-            region,
-            clear_history,
-            measure_plan,
-            keep,
-            kept,
-            quit,
-        } = self;
-        let is_same_scene = opened.is_none() && rebuilt.is_none() && edit.is_none();
-        is_same_scene
-            && look.is_none()
-            && paused.is_none()
-            && budget.is_none()
-            && reference.is_none()
-            && past.is_none()
-            && compares.is_none()
-            && region.is_none()
-            && !clear_history
-            && !measure_plan
-            && keep.is_none()
-            && kept.is_none()
-            && !quit
-    }
-}
-
-/// A scene from a file.
-struct Loaded {
-    source: Source,
-    scene: Arc<Scene>,
-    /// If the file has one.
-    tone: Option<ToneMap>,
-    /// Seconds of loading and of building.
-    opening: [f64; 2],
-    /// If the file has samples.
-    taken: Option<Taken>,
-}
-
-/// What the engine has for the user.
-#[derive(Default)]
-struct Outbox {
-    status: Status,
-    snapshot: Option<Arc<Snapshot>>,
-    past: Option<Arc<Snapshot>>,
-    /// Whether the reference is to be shown, and how it looks.
-    compares: bool,
-    other: Option<Arc<Snapshot>>,
-    history: Arc<History>,
-    notices: Vec<Notice>,
-    /// The scene as it was written last.
-    saved: Option<Arc<SceneDesc>>,
-    shown: Option<Shown>,
-    look: Look,
-    /// A tone map that fits the picture, for the window.
-    fitted: Option<ToneMap>,
-    /// The file being opened.
-    opening: Option<Loading>,
-    /// The accelerator being built for edited shapes.
-    rebuilding: Option<Loading>,
-    /// Works started so far.
-    works: u64,
-    /// Whether the engine has ended.
-    has_ended: bool,
-}
-
-/// State shared between the window, the engine and loaders. Locks are held for moments only, the
-/// outbox's before the inbox's.
-struct Shared {
-    inbox: Mutex<Inbox>,
-    arrived: Condvar,
-    /// Set with every message that makes the work in hand pointless.
-    cancel: AtomicBool,
-    outbox: Mutex<Outbox>,
-    /// Tells the window that there is something new.
-    wake: Box<dyn Fn() + Send + Sync>,
-}
-
-/// A lock whose holder may have panicked: every state behind one is valid at each step.
-fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-impl Shared {
-    fn new(wake: impl Fn() + Send + Sync + 'static) -> Self {
-        Self {
-            inbox: Mutex::default(),
-            arrived: Condvar::new(),
-            cancel: AtomicBool::new(false),
-            outbox: Mutex::default(),
-            wake: Box::new(wake),
-        }
-    }
-
-    fn send(&self, interrupt: bool, put: impl FnOnce(&mut Inbox)) {
-        let mut inbox = lock(&self.inbox);
-        put(&mut inbox);
-        if interrupt {
-            self.cancel.store(true, Ordering::Relaxed);
-        }
-        drop(inbox);
-        self.arrived.notify_one();
-    }
-
-    fn notify(&self, text: String, is_error: bool) {
-        lock(&self.outbox).notices.push(Notice { text, is_error });
-        (self.wake)();
-    }
-}
 
 /// Handle to the engine; dropping it ends the engine.
 pub struct Session {
