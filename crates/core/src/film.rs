@@ -33,8 +33,8 @@ pub use survey::{Light, Lost};
 /// Edge of a tile, pixels.
 pub const TILE: u32 = 16;
 
-/// Pixels of a tile that may share light are so far apart, across and down: what they have in common
-/// is then no patch in the picture.
+/// Pixels of a tile that may share light are so far apart, across and down: neighbours have nothing in
+/// common.
 pub(crate) const APART: u32 = 4;
 
 /// Radiance from which on a sample does not fit the sums: 2⁴⁰ W/(m²·sr). Sums hold 2²⁷ such.
