@@ -22,7 +22,7 @@ use crate::math::{Ray, Vectors};
 use crate::planted::{self, Bug};
 use crate::simd::{Lanes, Task};
 
-/// Rays that are cast together, at least.
+/// About so many rays are cast together.
 const RAYS: usize = 4096;
 
 /// Most paths of a group.
@@ -288,9 +288,10 @@ impl Reuse {
             }
             let row = &self.shares[shares..shares + count];
             shares += count;
-            let light = later / row.iter().sum::<f32>();
+            let all = row.iter().sum::<f32>();
             for (i, share) in takers.clone().zip(row) {
-                radiance[i] += self.heads[i] * (light * *share);
+                // The quotient first: it is 1 at most, whatever the light and however small the share.
+                radiance[i] += self.heads[i] * (later * (share / all));
             }
         }
         shares
