@@ -10,11 +10,14 @@
 //! | nee | 1 from the camera and after mirror or glass, else 0 | 1 |
 //! | mis | 1 from the camera and after mirror or glass, else its power-heuristic weight | its weight |
 //! | caustics | the same, but its weight where light paths find it too | its weight |
+//! | reuse | as caustics | as caustics |
 //!
 //! `caustics` also traces paths from the lights, for light that comes to diffuse surfaces by way of
-//! mirror and glass (`light_paths`); where nothing is specular it is `mis`. All that aim at lights also aim at them by way of mirror spheres ([`crate::light`]): the one
-//! path from a diffuse surface by the outside of a sphere to a point on a light is found, not
-//! met. Light that a path then runs into that way, diffuse, mirror sphere, light, does not count.
+//! mirror and glass (`light_paths`); where nothing is specular it is `mis`. `reuse` is `caustics`, and
+//! paths of a group share what they find (`reuse`). All that aim at lights also aim at them by way of
+//! mirror spheres ([`crate::light`]): the one path from a diffuse surface by the outside of a sphere to
+//! a point on a light is found, not met. Light that a path then runs into that way, diffuse, mirror
+//! sphere, light, does not count.
 //!
 //! The background is not aimed at: it counts fully in every method.
 //!
