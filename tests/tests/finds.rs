@@ -44,7 +44,7 @@ fn a_minute_sphere_far_out_has_a_normal() {
 fn an_infinite_distance_is_no_hit() {
     let (x, y) = (1e15 * Vec3::X, 1e15 * Vec3::Y);
     let primitives = Primitives {
-        triangles: vec![[x - y, y, -x - y]],
+        triangles: vec![[x - y, y, -x - y]].into(),
         ..Primitives::default()
     };
     let geometry = Geometry::build(primitives, AccelKind::Brute);
@@ -238,7 +238,8 @@ fn a_ray_that_leaves_a_needle_does_not_meet_it_again() {
             Vec3::new(0.25, -0.5, 2031.4962),
             Vec3::ZERO,
             Vec3::new(0.0, 0.000356833, -0.5),
-        ]],
+        ]]
+        .into(),
         ..Primitives::default()
     };
     leaves_for_good(
@@ -259,7 +260,8 @@ fn a_ray_that_leaves_a_needle_along_it_does_not_meet_it_again() {
             Vec3::new(-15.999999, -15.999902, -15.999999),
             Vec3::new(-15.999885, -15.999999, -15.999999),
             Vec3::new(-0.032180306, -0.03210784, -0.03210784),
-        ]],
+        ]]
+        .into(),
         ..Primitives::default()
     };
     leaves_for_good(primitives, Ray::new(Vec3::ZERO, Vec3::splat(-0.57735026)));

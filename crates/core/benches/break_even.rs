@@ -61,7 +61,7 @@ fn point(i: u32, dimension: u32) -> Vec3 {
 /// Triangles in the unit cube, smaller the more there are, as parts of objects are.
 fn primitives(count: u32) -> Primitives {
     let size = 1.5 / (count as f32).sqrt();
-    let triangles = (0..count)
+    let triangles: Vec<_> = (0..count)
         .map(|i| {
             let corner = point(i, 0);
             [
@@ -72,7 +72,7 @@ fn primitives(count: u32) -> Primitives {
         })
         .collect();
     Primitives {
-        triangles,
+        triangles: triangles.into(),
         slots: vec![0; count as usize],
         ..Primitives::default()
     }

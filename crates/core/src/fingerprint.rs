@@ -43,7 +43,7 @@ pub(crate) fn of(view: &View) -> u128 {
         spheres,
         slots,
     } = view.scene.primitives();
-    digest.list(triangles, |digest, t| digest.vectors(*t));
+    digest.list(triangles.iter(), |digest, t| digest.vectors(t));
     digest.list(triangle_uvs, |digest, uvs| {
         digest.floats(uvs.iter().flat_map(Vec2::to_array));
     });
@@ -100,7 +100,12 @@ impl Digest {
     }
 
     /// With its length, so that no two lists in a row look like two others.
-    fn list<T>(&mut self, items: &[T], mut item: impl FnMut(&mut Self, &T)) {
+    fn list<T>(
+        &mut self,
+        items: impl IntoIterator<Item = T, IntoIter: ExactSizeIterator>,
+        mut item: impl FnMut(&mut Self, T),
+    ) {
+        let items = items.into_iter();
         self.0.write(&(items.len() as u64).to_le_bytes());
         for x in items {
             item(self, x);

@@ -9,10 +9,12 @@ use crate::math::{Aabb, Floats, GROUP, Ray, Vectors, offset_origin, round_along}
 use crate::shape::{Quad, Sphere, triangle_area, triangle_normal};
 
 pub use cast::Geometry;
+pub use triangles::Triangles;
 
 mod cast;
 mod search;
 mod stream;
+mod triangles;
 
 #[cfg(test)]
 mod test;
@@ -20,8 +22,8 @@ mod test;
 /// Primitives of a scene; see the module's text for ids.
 #[derive(Debug, Default)]
 pub struct Primitives {
-    /// Vertices of each triangle, counter-clockwise on the front.
-    pub triangles: Vec<[Vec3; 3]>,
+    /// Triangles, kept once: a frozen scene has them where rays are cast at them.
+    pub triangles: Triangles,
     /// Texture coordinates of each triangle's vertices; empty if no mesh has any.
     pub triangle_uvs: Vec<[Vec2; 3]>,
     /// Parallelograms.
@@ -210,7 +212,7 @@ impl Primitives {
     pub fn get(&self, id: u32) -> Primitive {
         let i = id as usize;
         if let Some(triangle) = self.triangles.get(i) {
-            return Primitive::Triangle(*triangle);
+            return Primitive::Triangle(triangle);
         }
         let i = i - self.triangles.len();
         match self.quads.get(i) {
@@ -223,6 +225,15 @@ impl Primitives {
     #[inline(always)]
     pub(crate) fn is_sphere(&self, id: u32) -> bool {
         id as usize >= self.triangles.len() + self.quads.len()
+    }
+
+    /// Memory, bytes.
+    pub fn bytes(&self) -> usize {
+        self.triangles.bytes()
+            + size_of_val(&*self.triangle_uvs)
+            + size_of_val(&*self.quads)
+            + size_of_val(&*self.spheres)
+            + size_of_val(&*self.slots)
     }
 
     /// Area of a primitive, square scene units.

@@ -87,7 +87,7 @@ impl Search {
             let Ok(camera) = Camera::new(&desc, size[0], size[1]) else {
                 return;
             };
-            let place = covered(&desc, size, &scene.object_bounds(&object));
+            let place = covered(&desc, size, &object.placed);
             let Some(mask) = mask(&scene, &camera, &object, place, &found) else {
                 return;
             };

@@ -24,7 +24,10 @@ pub fn run(count: u64, is_planted: bool) -> bool {
         .collect();
     let far = Vec3::new(148_376.0, 1234.0, -223_423.0);
     let meshes: [(&str, Vec<Triangle>); 9] = [
-        ("teddy in its box", teddy.primitives().triangles.clone()),
+        (
+            "teddy in its box",
+            teddy.primitives().triangles.iter().collect(),
+        ),
         ("boulder", boulder),
         ("star", star(12, &mut rng)),
         ("sphere far out", closed(12, far, || 2.0)),
@@ -61,7 +64,7 @@ pub fn run(count: u64, is_planted: bool) -> bool {
             }
             Geometry::build(
                 Primitives {
-                    triangles,
+                    triangles: triangles.into(),
                     ..Primitives::default()
                 },
                 kind,

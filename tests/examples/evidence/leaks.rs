@@ -35,7 +35,7 @@ pub fn run(count: u64, _: bool) -> bool {
         let number = triangles.len();
         let geometry = Geometry::build(
             Primitives {
-                triangles: triangles.clone(),
+                triangles: triangles.clone().into(),
                 ..Primitives::default()
             },
             AccelKind::Auto,

@@ -66,7 +66,7 @@ impl Shapes {
 
     fn build(&self, accel: AccelKind) -> Geometry {
         let primitives = Primitives {
-            triangles: self.triangles.clone(),
+            triangles: self.triangles.clone().into(),
             quads: self.quads.clone(),
             spheres: self.spheres.clone(),
             ..Primitives::default()

@@ -278,7 +278,7 @@ fn check_invariance([a, b, c]: [Vec3; 3], ray: &Ray, t: Option<f32>) {
     }
     let geometry = Geometry::build(
         Primitives {
-            triangles: vec![[a, b, c]],
+            triangles: vec![[a, b, c]].into(),
             ..Primitives::default()
         },
         AccelKind::Brute,

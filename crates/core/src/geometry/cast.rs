@@ -30,22 +30,15 @@ pub struct Geometry {
 #[derive(Debug)]
 pub(super) enum Accel {
     /// Everything, in the order of ids.
-    Brute(Triangles),
+    Brute,
     KdTree(KdTree),
+    /// Its leaves are the runs of [`super::Triangles`].
     Bvh {
-        triangles: Triangles,
         tree: Bvh,
         /// The spheres' own tree, with their ids in its order; if there are few, they are all
         /// tested.
         spheres: Option<(Bvh, Vec<u32>)>,
     },
-}
-
-/// The triangles, and each quad as two, for SIMD. The tag of a triangle is its [`Face`].
-#[derive(Debug)]
-pub(super) struct Triangles {
-    pub runs: TriangleRuns,
-    pub count: u32,
 }
 
 impl Primitives {
@@ -54,65 +47,9 @@ impl Primitives {
         self.triangles.len() + 2 * self.quads.len()
     }
 
-    /// A triangle by number: the triangles, then both of each quad.
-    fn face(&self, i: usize) -> ([glam::Vec3; 3], Face) {
-        let count = self.triangles.len();
-        if i < count {
-            return (self.triangles[i], Face(2 * i as u32));
-        }
-        let half = i - count;
-        let id = count + half / 2;
-        let triangle = self.quads[half / 2].triangles()[half % 2];
-        (triangle, Face((2 * id + half % 2) as u32))
-    }
-
     /// Id of the first sphere.
     fn first_sphere(&self) -> u32 {
         (self.triangles.len() + self.quads.len()) as u32
-    }
-}
-
-impl Triangles {
-    fn new(primitives: &Primitives, runs: &[u8], order: &[u32]) -> Self {
-        let runs = TriangleRuns::new(runs, order.len(), |i| {
-            let (triangle, face) = primitives.face(order[i] as usize);
-            (triangle, face.0)
-        });
-        Self {
-            runs,
-            count: order.len() as u32,
-        }
-    }
-
-    /// Casts a ray through the tree whose leaves they are.
-    #[inline(always)]
-    pub fn search<L: Lanes>(
-        &self,
-        tree: &Bvh,
-        ray: &Ray,
-        sheared: &ShearedRay,
-        search: &mut impl Search,
-    ) {
-        tree.walk::<L>(
-            ray,
-            &mut TriangleLeaves {
-                runs: &self.runs,
-                ray: sheared,
-                search,
-            },
-        );
-    }
-
-    /// In the order of ids, in runs of the greatest length.
-    fn in_order(primitives: &Primitives) -> Self {
-        let count = primitives.faces();
-        let order: Vec<u32> = (0..count as u32).collect();
-        let mut runs = vec![TriangleRuns::MAX as u8; count / TriangleRuns::MAX];
-        let rest = count % TriangleRuns::MAX;
-        if rest > 0 {
-            runs.push(rest as u8);
-        }
-        Self::new(primitives, &runs, &order)
     }
 }
 
@@ -149,7 +86,7 @@ impl Geometry {
     }
 
     fn build_with(
-        primitives: Primitives,
+        mut primitives: Primitives,
         accel: AccelKind,
         kernel: Kernel,
         progress: &Progress<'_>,
@@ -164,19 +101,30 @@ impl Geometry {
             .map(|id| primitives.bounds(id))
             .reduce(|| Aabb::EMPTY, Aabb::union);
         let accel = match Self::choice(&primitives, accel) {
-            AccelKind::Brute => Accel::Brute(Triangles::in_order(&primitives)),
+            AccelKind::Brute => {
+                let count = primitives.faces();
+                let mut runs = vec![TriangleRuns::MAX as u8; count / TriangleRuns::MAX];
+                let rest = count % TriangleRuns::MAX;
+                runs.extend((rest > 0).then_some(rest as u8));
+                let Primitives {
+                    triangles, quads, ..
+                } = &mut primitives;
+                triangles.lay_out(quads, runs, (0..count as u32).collect());
+                Accel::Brute
+            }
             AccelKind::KdTree => Accel::KdTree(KdTree::build_watched(
                 &boxes(),
                 |id, cell| primitives.clipped_bounds(id, cell),
                 progress,
             )),
             AccelKind::Auto | AccelKind::Bvh => {
-                let bvh::Built { tree, order, runs } = Bvh::build_watched(
-                    primitives.faces(),
-                    |i| Aabb::of_points(primitives.face(i as usize).0),
-                    progress,
-                );
-                let triangles = Triangles::new(&primitives, &runs, &order);
+                let count = primitives.faces();
+                let Primitives {
+                    triangles, quads, ..
+                } = &mut primitives;
+                let face = |i| Aabb::of_points(triangles.face(quads, i).0);
+                let bvh::Built { tree, order, runs } = Bvh::build_watched(count, face, progress);
+                triangles.lay_out(quads, runs, order);
                 let first = primitives.first_sphere();
                 let spheres = (primitives.spheres.len() >= SWEEP_BELOW).then(|| {
                     let bounds = |i| primitives.bounds(first + i);
@@ -184,11 +132,7 @@ impl Geometry {
                     let ids = built.order.iter().map(|i| first + i).collect();
                     (built.tree, ids)
                 });
-                Accel::Bvh {
-                    triangles,
-                    tree,
-                    spheres,
-                }
+                Accel::Bvh { tree, spheres }
             }
         };
         Self {
@@ -213,7 +157,7 @@ impl Geometry {
     /// What was built: never [`AccelKind::Auto`].
     pub fn accel(&self) -> AccelKind {
         match self.accel {
-            Accel::Brute(_) => AccelKind::Brute,
+            Accel::Brute => AccelKind::Brute,
             Accel::KdTree(_) => AccelKind::KdTree,
             Accel::Bvh { .. } => AccelKind::Bvh,
         }
@@ -222,25 +166,21 @@ impl Geometry {
     /// Measures the tree over triangles and quads, and in the kd-tree spheres, if there is one.
     pub fn tree_stats(&self) -> Option<TreeStats> {
         match &self.accel {
-            Accel::Brute(_) => None,
+            Accel::Brute => None,
             Accel::KdTree(tree) => Some(tree.stats()),
             Accel::Bvh { tree, .. } => Some(tree.stats()),
         }
     }
 
-    /// Memory of the accelerator, its own copy of the triangles included, bytes.
+    /// Memory of the accelerator beside the primitives, bytes.
     pub fn accel_bytes(&self) -> usize {
         match &self.accel {
-            Accel::Brute(triangles) => triangles.runs.bytes(),
+            Accel::Brute => 0,
             Accel::KdTree(tree) => tree.bytes(),
-            Accel::Bvh {
-                triangles,
-                tree,
-                spheres,
-            } => {
+            Accel::Bvh { tree, spheres } => {
                 let spheres = spheres.as_ref();
                 let spheres = spheres.map_or(0, |(t, ids)| t.bytes() + size_of_val(&**ids));
-                tree.bytes() + triangles.runs.bytes() + spheres
+                tree.bytes() + spheres
             }
         }
     }
@@ -290,14 +230,15 @@ impl Geometry {
     pub(super) fn search_with<L: Lanes>(&self, ray: &Ray, search: &mut impl Search) {
         let sheared = ShearedRay::new(ray);
         match &self.accel {
-            Accel::Brute(triangles) => {
+            Accel::Brute => {
                 if !accel::may_hit(&self.bounds, ray) {
                     return;
                 }
-                let mut first = 0;
-                while first < triangles.count {
-                    let count = (triangles.count - first).min(TriangleRuns::MAX as u32);
-                    test_run::<L>(&triangles.runs, &sheared, first, count, search);
+                let runs = self.primitives.triangles.runs();
+                let (mut first, end) = (0, runs.count() as u32);
+                while first < end {
+                    let count = (end - first).min(TriangleRuns::MAX as u32);
+                    test_run::<L>(runs, &sheared, first, count, search);
                     first += count;
                 }
                 self.test_spheres(ray, search);
@@ -306,12 +247,13 @@ impl Geometry {
                 self.test_primitive(id, ray, &sheared, search);
                 search.t_max()
             }),
-            Accel::Bvh {
-                triangles,
-                tree,
-                spheres,
-            } => {
-                triangles.search::<L>(tree, ray, &sheared, search);
+            Accel::Bvh { tree, spheres } => {
+                let leaves = &mut TriangleLeaves {
+                    runs: self.primitives.triangles.runs(),
+                    ray: &sheared,
+                    search,
+                };
+                tree.walk::<L>(ray, leaves);
                 self.search_spheres(spheres.as_ref(), ray, search);
             }
         }
@@ -360,14 +302,14 @@ impl Geometry {
     fn test_sphere(&self, id: u32, ray: &Ray, search: &mut impl Search) {
         let sphere = &self.primitives.spheres[(id - self.primitives.first_sphere()) as usize];
         if let Some(t) = sphere.intersect(ray, search.limit()) {
-            search.offer(t, Face(2 * id), [0.0; 2]);
+            search.offer(t, Face::of(id), [0.0; 2]);
         }
     }
 
     #[inline(always)]
     fn test_primitive(&self, id: u32, ray: &Ray, sheared: &ShearedRay, search: &mut impl Search) {
         use super::Primitive;
-        let face = Face(2 * id);
+        let face = Face::of(id);
         match self.primitives.get(id) {
             Primitive::Triangle(triangle) => {
                 offer_triangle(sheared.triangle(triangle, search.limit()), face, search);

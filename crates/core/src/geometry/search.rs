@@ -17,6 +17,12 @@ impl Face {
     /// Later than any face.
     pub const NONE: Self = Self(u32::MAX);
 
+    /// All of a primitive, or a quad's first triangle.
+    #[inline(always)]
+    pub fn of(id: u32) -> Self {
+        Self(2 * id)
+    }
+
     #[inline(always)]
     pub fn id(self) -> u32 {
         self.0 >> 1

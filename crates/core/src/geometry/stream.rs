@@ -3,12 +3,12 @@
 use std::cell::Cell;
 
 use super::Hit;
-use super::cast::{Accel, Geometry, Triangles};
+use super::cast::{Accel, Geometry};
 use super::search::{Any, Face, Nearest, Search, reach};
 use crate::accel::Bvh;
 use crate::accel::bvh::{self, Along, Lists, OCTANTS, Octant, Stream};
 use crate::math::Ray;
-use crate::shape::{PairHits, Pairs, Place, ROOM, ShearedRay, ShearedRays};
+use crate::shape::{PairHits, Pairs, Place, ROOM, ShearedRay, ShearedRays, TriangleRuns};
 use crate::simd::{Lanes, SET_BITS, Task};
 
 /// So few rays are cast one by one (measured: docs/ray-casting.md).
@@ -96,15 +96,12 @@ impl<S: Search> Task for CastMany<'_, S> {
             searches,
         } = self;
         match &geometry.accel {
-            Accel::Bvh {
-                triangles,
-                tree,
-                spheres,
-            } if L::MANY && rays.len() > FEW => {
+            Accel::Bvh { tree, spheres } if L::MANY && rays.len() > FEW => {
+                let runs = geometry.primitives.triangles.runs();
                 let mut scratch = SCRATCH.take().unwrap_or_default();
                 let batches = rays.chunks(BATCH).zip(searches.chunks_mut(BATCH));
                 for (rays, searches) in batches {
-                    cast_batch::<L, S>(triangles, tree, rays, searches, &mut scratch);
+                    cast_batch::<L, S>(runs, tree, rays, searches, &mut scratch);
                 }
                 SCRATCH.set(Some(scratch));
                 for (ray, search) in rays.iter().zip(searches) {
@@ -123,7 +120,7 @@ impl<S: Search> Task for CastMany<'_, S> {
 /// Casts up to [`BATCH`] rays through the tree over triangles, one octant after the other.
 #[inline(always)]
 fn cast_batch<L: Lanes, S: Search>(
-    triangles: &Triangles,
+    runs: &TriangleRuns,
     tree: &Bvh,
     rays: &[Ray],
     searches: &mut [S],
@@ -166,7 +163,7 @@ fn cast_batch<L: Lanes, S: Search>(
         *at += 1;
     }
     let mut batch = Batch {
-        triangles,
+        runs,
         flights,
         waiting,
         count: 0,
@@ -194,7 +191,7 @@ struct Flight<'a, S> {
 
 /// Rays on their way through the tree over triangles.
 struct Batch<'a, S> {
-    triangles: &'a Triangles,
+    runs: &'a TriangleRuns,
     flights: Vec<Flight<'a, S>>,
     /// Pairs that wait for the exact test: from the lowest bit, 32 of the triangle's place, 8 of
     /// its stride, 16 of the ray.
@@ -248,7 +245,7 @@ impl<S: Search> Batch<'_, S> {
         let eight = bvh::in_a_row(items);
         for lane in 0..count {
             let place = Place::new(first, count).after(lane);
-            let found = self.triangles.runs.candidate_rays(&rays, place);
+            let found = self.runs.candidate_rays(&rays, place);
             let mask = found.mask;
             let mut hit = [0; 8];
             L::compress(eight, mask as usize, &mut hit);
@@ -267,7 +264,7 @@ impl<S: Search> Batch<'_, S> {
             return;
         }
         let place = Place::new(first, count);
-        let run = self.triangles.runs.run::<L>(first, count);
+        let run = self.runs.run::<L>(first, count);
         for &item in items {
             let flight = &self.flights[usize::from(item)];
             let mask = run
@@ -284,7 +281,7 @@ impl<S: Search> Batch<'_, S> {
     /// Tests all pairs that wait.
     #[inline(always)]
     fn settle(&mut self) {
-        let runs = &self.triangles.runs;
+        let runs = self.runs;
         for begin in (0..self.count).step_by(ROOM) {
             let pairs = &self.waiting[begin..self.count.min(begin + ROOM)];
             let parts = |pair: u64| {
@@ -354,6 +351,6 @@ impl<S: Search> Stream for Batch<'_, S> {
 
     #[inline(always)]
     fn prefetch<L: Lanes>(&self, first: u32, count: u32) {
-        self.triangles.runs.prefetch::<L>(first, count);
+        self.runs.prefetch::<L>(first, count);
     }
 }

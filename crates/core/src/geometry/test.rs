@@ -148,7 +148,7 @@ fn meshes_and_needles_are_hit_as_by_the_definition() {
     for triangles in [bumpy_sphere(20), needles(400, 20.0, &mut rng)] {
         let rays = rays_at(&triangles, 1500, &mut rng);
         let make = || Primitives {
-            triangles: triangles.clone(),
+            triangles: triangles.clone().into(),
             ..Primitives::default()
         };
         assert!(check(make, &rays, 0) > 100);
@@ -198,7 +198,7 @@ fn a_closed_mesh_has_no_holes() {
     for &accel in AccelKind::ALL {
         for kernel in Kernel::available() {
             let primitives = Primitives {
-                triangles: triangles.clone(),
+                triangles: triangles.clone().into(),
                 ..Primitives::default()
             };
             let geometry = Geometry::build_for(primitives, accel, kernel);
@@ -262,7 +262,7 @@ fn lists_and_turns_give_what_single_rays_give() {
             .collect();
         for kernel in Kernel::available() {
             let primitives = Primitives {
-                triangles: triangles.clone(),
+                triangles: triangles.clone().into(),
                 spheres: vec![Sphere {
                     center: Vec3::new(1.0, 0.0, 0.5),
                     radius: 0.6,

@@ -21,7 +21,7 @@ pub(super) fn toward(from: Vec3, to: Vec3) -> Vec3 {
 /// Primitives of triangles alone.
 pub(super) fn primitives(triangles: &[Triangle]) -> Primitives {
     Primitives {
-        triangles: triangles.to_vec(),
+        triangles: triangles.to_vec().into(),
         slots: vec![0; triangles.len()],
         ..Primitives::default()
     }

@@ -325,7 +325,7 @@ pub(super) fn powers() -> Vec<Figure> {
         [corner(0, 0.0), corner(1, 0.0), corner(1, 1.0)]
     };
     let primitives = Primitives {
-        triangles: (0..n).map(triangle).collect(),
+        triangles: Vec::from_iter((0..n).map(triangle)).into(),
         ..Primitives::default()
     };
     let lights = |powers: &[f64]| {

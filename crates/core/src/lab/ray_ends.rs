@@ -44,7 +44,7 @@ pub(super) fn ends() -> Vec<Figure> {
     // The same surface 2 away as each kind of primitive, three to a scene so that trees are built.
     let scenes: [&dyn Fn() -> Primitives; 3] = [
         &|| Primitives {
-            triangles: vec![[a, b, c], [a, c, d], [a, b, d]],
+            triangles: vec![[a, b, c], [a, c, d], [a, b, d]].into(),
             slots: vec![0; 3],
             ..Primitives::default()
         },

@@ -101,7 +101,7 @@ pub(super) fn room(scale: f32, offset: Vec3, accel: AccelKind) -> Geometry {
     };
     let slots = vec![0; triangles.len() + walls.len() + 1];
     let primitives = Primitives {
-        triangles,
+        triangles: triangles.into(),
         quads: walls,
         spheres: vec![ball],
         slots,

@@ -244,7 +244,7 @@ fn beyond_the_cell() -> Vec<Figure> {
         }
         Primitives {
             slots: vec![0; triangles.len() + spheres.len()],
-            triangles,
+            triangles: triangles.into(),
             spheres,
             ..Primitives::default()
         }

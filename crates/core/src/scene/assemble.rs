@@ -5,6 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use glam::{Vec2, Vec3};
+use rayon::prelude::*;
 
 use super::desc::{MaterialDesc, SceneDesc};
 use super::error::SceneError;
@@ -41,6 +42,7 @@ pub(super) fn primitives(desc: &SceneDesc, meshes: &MeshCache) -> (Primitives, V
             first_slot,
             slots,
             bounds,
+            placed: Aabb::EMPTY,
         });
         first_slot
     };
@@ -113,6 +115,15 @@ pub(super) fn primitives(desc: &SceneDesc, meshes: &MeshCache) -> (Primitives, V
     primitives.slots = triangle_slots;
     primitives.slots.extend(quad_slots);
     primitives.slots.extend(sphere_slots);
+    let mut placed = vec![Aabb::EMPTY; next_slot as usize];
+    for (id, slot) in primitives.slots.iter().enumerate() {
+        let all = &mut placed[*slot as usize];
+        *all = all.union(primitives.bounds(id as u32));
+    }
+    for object in &mut objects {
+        let slots = placed.drain(..object.slots as usize);
+        object.placed = slots.fold(Aabb::EMPTY, Aabb::union);
+    }
     (primitives, objects)
 }
 
@@ -216,9 +227,8 @@ pub(super) fn casters(scene: &Scene) -> Casters {
         .collect();
     ids.sort_by_key(|id| scene.slot(*id));
     for ids in ids.chunk_by(|a, b| scene.object(*a) == scene.object(*b)) {
-        let bounds = ids.iter().fold(Aabb::EMPTY, |bounds, id| {
-            bounds.union(primitives.bounds(*id))
-        });
+        let boxes = ids.par_iter().map(|id| primitives.bounds(*id));
+        let bounds = boxes.reduce(|| Aabb::EMPTY, Aabb::union);
         let center = bounds.center();
         let reach = |id: &u32| match primitives.get(*id) {
             Primitive::Triangle(corners) => farthest(center, corners),
@@ -226,7 +236,8 @@ pub(super) fn casters(scene: &Scene) -> Casters {
             Primitive::Sphere(sphere) => center.distance(sphere.center) + sphere.radius,
         };
         // A little more, so that rounding leaves nothing out.
-        let radius = ids.iter().map(reach).fold(0.0, f32::max) * (1.0 + 16.0 * f32::EPSILON);
+        let radius =
+            ids.par_iter().map(reach).reduce(|| 0.0, f32::max) * (1.0 + 16.0 * f32::EPSILON);
         spheres.push(Sphere { center, radius });
     }
     if ids.len() == 1 && scene.mirror_spheres().len() == 1 {

@@ -81,6 +81,8 @@ pub struct Object {
     pub slots: u32,
     /// Box around it; around a mesh as its file has it, before [`MeshDesc::placement`].
     pub bounds: Aabb,
+    /// Box around it where it stands in the scene.
+    pub placed: Aabb,
 }
 
 /// Index into the description's list of that kind.
@@ -255,10 +257,10 @@ impl Scene {
         let inside = match object.kind {
             ObjectKind::Sphere(_) => back,
             ObjectKind::Quad(_) => false,
-            ObjectKind::Mesh(_) => back && self.object_bounds(object).contains(eye),
+            ObjectKind::Mesh(_) => back && object.placed.contains(eye),
         };
         // A room seen from within is meant so.
-        let room = self.object_bounds(object) == self.geometry.bounds();
+        let room = object.placed == self.geometry.bounds();
         (inside && !room).then_some(object)
     }
 
@@ -409,15 +411,6 @@ impl Scene {
             name: name.clone(),
             ..from_mesh.unwrap_or_default()
         }
-    }
-
-    /// Box around one object.
-    pub fn object_bounds(&self, object: &Object) -> Aabb {
-        let slots = object.first_slot..object.first_slot + object.slots;
-        let primitives = self.primitives();
-        (0..primitives.len() as u32)
-            .filter(|id| slots.contains(&primitives.slots[*id as usize]))
-            .fold(Aabb::EMPTY, |b, id| b.union(primitives.bounds(id)))
     }
 }
 

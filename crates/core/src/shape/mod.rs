@@ -13,7 +13,7 @@ use glam::{DVec3, Vec3};
 pub(crate) use pairs::{PairHits, Pairs, ROOM};
 pub use quad::Quad;
 pub use runs::TriangleRuns;
-pub(crate) use runs::{Place, ShearedRays};
+pub(crate) use runs::{Place, RunId, ShearedRays};
 pub use sphere::Sphere;
 pub(crate) use triangle::edge;
 pub use triangle::{ShearedRay, TriangleHit};

@@ -15,9 +15,28 @@ const WORDS: usize = 10;
 /// A run of n is n·`WORDS` words: nine rows of n for the coordinates (x, y, z of the first
 /// vertex, then of the second and third), and a row of tags. Rows are read eight words wide
 /// whatever n is, so the last run is followed by padding.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct TriangleRuns {
     words: Vec<f32>,
+}
+
+/// Which triangles a run is made of, in 32 bits: 8 · first + (count − 1).
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct RunId(u32);
+
+impl RunId {
+    #[inline(always)]
+    fn new(first: usize, count: usize) -> Self {
+        Self((first << 3 | (count - 1)) as u32)
+    }
+
+    pub fn from_bits(bits: u32) -> Self {
+        Self(bits)
+    }
+
+    pub fn to_bits(self) -> u32 {
+        self.0
+    }
 }
 
 /// Where a triangle of a run lies: words and the stride between its coordinates.
@@ -77,15 +96,35 @@ impl TriangleRuns {
         [0, 3, 6].map(|v| Vec3::from_array([0, 1, 2].map(|axis| self.coordinate(place, v + axis))))
     }
 
+    /// The triangle of a run that has a certain tag, which is in it.
+    #[inline(always)]
+    pub(crate) fn find(&self, run: RunId, tag: u32) -> Place {
+        let (first, count) = (run.0 >> 3, (run.0 & 7) + 1);
+        let run = Place::new(first, count);
+        // Eight words at once, of which those behind the run mean nothing.
+        let tags: &[f32] = &self.words[(run.at + 9 * count) as usize..][..Self::MAX];
+        let mask = (0..Self::MAX).fold(0, |mask, lane| {
+            mask | u32::from(tags[lane].to_bits() == tag) << lane
+        });
+        run.after(mask.trailing_zeros())
+    }
+
+    /// Number of triangles.
+    #[inline(always)]
+    pub fn count(&self) -> usize {
+        self.words.len().saturating_sub(Self::MAX) / WORDS
+    }
+
     /// Most triangles in a run.
     pub const MAX: usize = 8;
 
     /// Lays out `count` triangles in `runs` of given lengths, which follow each other;
-    /// `triangle(i)` gives the i-th triangle and its tag.
-    pub fn new(
+    /// `triangle(i, run)` gives the i-th triangle, which comes into that run, and its tag. No two of a
+    /// run have the same.
+    pub(crate) fn new(
         runs: &[u8],
         count: usize,
-        triangle: impl Fn(usize) -> ([Vec3; 3], u32) + Sync,
+        triangle: impl Fn(usize, RunId) -> ([Vec3; 3], u32) + Sync,
     ) -> Self {
         let mut words = vec![0.0; count * WORDS + Self::MAX];
         fill(&mut words, runs, 0, &triangle);
@@ -173,7 +212,7 @@ fn fill(
     words: &mut [f32],
     runs: &[u8],
     first: usize,
-    triangle: &(impl Fn(usize) -> ([Vec3; 3], u32) + Sync),
+    triangle: &(impl Fn(usize, RunId) -> ([Vec3; 3], u32) + Sync),
 ) {
     if runs.len() > SERIAL {
         let (before, after) = runs.split_at(runs.len() / 2);
@@ -190,8 +229,9 @@ fn fill(
         let n = usize::from(count);
         assert!(n <= TriangleRuns::MAX, "a run of {n} triangles");
         let (run, after) = std::mem::take(&mut rest).split_at_mut(n * WORDS);
+        let id = RunId::new(first, n);
         for lane in 0..n {
-            let (vertices, tag) = triangle(first + lane);
+            let (vertices, tag) = triangle(first + lane, id);
             for (v, vertex) in vertices.iter().enumerate() {
                 for axis in 0..3 {
                     run[(3 * v + axis) * n + lane] = vertex[axis];
@@ -385,9 +425,10 @@ mod test {
         let mut state = 1;
         let mut point = || Vec3::from_array([0; 3].map(|_| number(&mut state)));
         let triangles: Vec<[Vec3; 3]> = (0..36).map(|_| [point(), point(), point()]).collect();
-        let runs = TriangleRuns::new(&[1, 2, 3, 4, 5, 6, 7, 8], 36, |i| {
+        let runs = TriangleRuns::new(&[1, 2, 3, 4, 5, 6, 7, 8], 36, |i, _| {
             (triangles[i], i as u32 + 7)
         });
+        assert_eq!(runs.count(), 36);
         let (mut hits, mut candidates) = (0, 0);
         for _ in 0..20_000 {
             let ray = Ray::new(point() * 2.0, point().normalize_or(Vec3::Z));
@@ -410,16 +451,16 @@ mod test {
                     }
                     for lane in 0..count {
                         let triangle = triangles[(first + lane) as usize];
-                        assert_eq!(
-                            runs.tag_at(Place::new(first, count).after(lane)),
-                            first + lane + 7
-                        );
+                        let (place, tag) = (Place::new(first, count).after(lane), first + lane + 7);
+                        assert_eq!(runs.tag_at(place), tag);
+                        let run = RunId::new(first as usize, count as usize);
+                        assert_eq!(runs.triangle_at(runs.find(run, tag)), triangle);
                         let hit = sheared.triangle(triangle, t_max);
                         let is_candidate = mask >> lane & 1 == 1;
                         assert!(hit.is_none() || is_candidate, "{ray:?} {triangle:?}");
                         if is_candidate {
-                            let at = Place::new(first, count).after(lane);
-                            let found = runs.hit((&found.apart(), lane), || sheared, at, t_max);
+                            let pair = (&found.apart(), lane);
+                            let found = runs.hit(pair, || sheared, place, t_max);
                             assert_eq!(found, hit);
                         }
                         let hit = hit.is_some();

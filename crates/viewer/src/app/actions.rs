@@ -152,10 +152,7 @@ impl App {
     fn frame(&mut self, ctx: &Context, status: &Status) {
         let Some(scene) = &status.scene else { return };
         let selected = self.model.selection.and_then(|s| s.object(scene));
-        let bounds = selected.map_or_else(
-            || scene.geometry().bounds(),
-            |object| scene.object_bounds(object),
-        );
+        let bounds = selected.map_or_else(|| scene.geometry().bounds(), |object| object.placed);
         let settings = &self.model.desc.render;
         let aspect = settings.width as f32 / settings.height as f32;
         let to = orbit::framed(

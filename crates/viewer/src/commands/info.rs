@@ -93,11 +93,7 @@ fn report(opened: &Opened) -> Result<Report<'_>, String> {
         sah_cost: stats.sah_cost,
     });
     let memory = Memory {
-        primitives: size_of_val(&*primitives.triangles)
-            + size_of_val(&*primitives.triangle_uvs)
-            + size_of_val(&*primitives.quads)
-            + size_of_val(&*primitives.spheres)
-            + size_of_val(&*primitives.slots),
+        primitives: primitives.bytes(),
         accelerator: geometry.accel_bytes(),
         textures: census.texture_bytes,
     };

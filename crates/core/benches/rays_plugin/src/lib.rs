@@ -86,7 +86,11 @@ pub unsafe extern "C" fn rays_build(
     let build = || {
         let corner = |i: u32| Vec3::from_array(xyz[i as usize]);
         let primitives = Primitives {
-            triangles: abc.par_iter().map(|t| t.map(corner)).collect(),
+            triangles: abc
+                .par_iter()
+                .map(|t| t.map(corner))
+                .collect::<Vec<_>>()
+                .into(),
             ..Primitives::default()
         };
         Geometry::build_for(primitives, accel, kernel)
@@ -98,8 +102,7 @@ pub unsafe extern "C" fn rays_build(
         Ok(pool) => pool.install(build),
         Err(_) => build(),
     };
-    let triangles = &geometry.primitives().triangles;
-    *bytes = (geometry.accel_bytes() + size_of_val(&triangles[..])) as u64;
+    *bytes = (geometry.accel_bytes() + geometry.primitives().bytes()) as u64;
     Box::into_raw(Box::new(Built { geometry, many }))
 }
 
