@@ -52,10 +52,15 @@ impl<'a> Progress<'a> {
         Self::new(&|_| ControlFlow::Continue(()))
     }
 
+    /// Whether it is to be ended before time.
+    pub(crate) fn is_stopped(&self) -> bool {
+        self.is_stopped.load(Ordering::Relaxed)
+    }
+
     /// Takes note that a part of so many primitives is divided, or built if one thread does that
     /// alone. Whether to go on; if not, what is built means nothing.
     pub(super) fn pass(&self, task: Task, primitives: usize) -> bool {
-        if self.is_stopped.load(Ordering::Relaxed) {
+        if self.is_stopped() {
             return false;
         }
         let weight = if primitives <= task.serial { ALONE } else { 1 };
@@ -68,7 +73,7 @@ impl<'a> Progress<'a> {
         {
             self.is_stopped.store(true, Ordering::Relaxed);
         }
-        !self.is_stopped.load(Ordering::Relaxed)
+        !self.is_stopped()
     }
 }
 
@@ -80,6 +85,7 @@ mod tests {
     use crate::accel::{Bvh, KdTree};
     use crate::lab::random::Rng;
     use crate::math::Aabb;
+    use crate::simd::Kernel;
 
     /// Builds both trees, and gives what was told until the build was over; told `last`, it is to
     /// be ended.
@@ -105,7 +111,8 @@ mod tests {
         };
         [
             watch(&|progress| {
-                Bvh::build_watched(boxes.len(), |id| boxes[id as usize], progress);
+                let bounds = |id: u32| boxes[id as usize];
+                Bvh::build_watched(boxes.len(), bounds, Kernel::detect(), progress);
             }),
             watch(&|progress| {
                 let clip = |id: u32, cell: &Aabb| boxes[id as usize].intersection(*cell);

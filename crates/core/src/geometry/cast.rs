@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::search::{Any, Face, Nearest, Search, offer_triangle, reach};
 use super::{Hit, Primitives};
-use crate::accel::bvh::{self, Leaves};
+use crate::accel::bvh::{Built, Leaves, Ordered};
 use crate::accel::{self, Bvh, KdTree, Progress, TreeStats};
 use crate::math::{Aabb, Ray};
 use crate::settings::AccelKind;
@@ -75,8 +75,8 @@ impl Geometry {
         Self::build_with(primitives, accel, kernel, &Progress::unwatched())
     }
 
-    /// [`Self::build`] whose progress is watched. If it is ended before time, what there is then
-    /// means nothing.
+    /// [`Self::build`] whose progress is watched. If it is ended before time, nothing certain is
+    /// hit.
     pub fn build_watched(
         primitives: Primitives,
         accel: AccelKind,
@@ -103,13 +103,12 @@ impl Geometry {
         let accel = match Self::choice(&primitives, accel) {
             AccelKind::Brute => {
                 let count = primitives.faces();
-                let mut runs = vec![TriangleRuns::MAX as u8; count / TriangleRuns::MAX];
-                let rest = count % TriangleRuns::MAX;
-                runs.extend((rest > 0).then_some(rest as u8));
+                let begins = |i: u32| i.is_multiple_of(TriangleRuns::MAX as u32);
+                let order = (0..count as u32).map(|i| Ordered::new(i, begins(i)));
                 let Primitives {
                     triangles, quads, ..
                 } = &mut primitives;
-                triangles.lay_out(quads, runs, (0..count as u32).collect());
+                triangles.lay_out(quads, order.collect());
                 Accel::Brute
             }
             AccelKind::KdTree => Accel::KdTree(KdTree::build_watched(
@@ -123,13 +122,16 @@ impl Geometry {
                     triangles, quads, ..
                 } = &mut primitives;
                 let face = |i| Aabb::of_points(triangles.face(quads, i).0);
-                let bvh::Built { tree, order, runs } = Bvh::build_watched(count, face, progress);
-                triangles.lay_out(quads, runs, order);
+                let Built { tree, order } = Bvh::build_watched(count, face, kernel, progress);
+                if !progress.is_stopped() {
+                    triangles.lay_out(quads, order);
+                }
                 let first = primitives.first_sphere();
                 let spheres = (primitives.spheres.len() >= SWEEP_BELOW).then(|| {
                     let bounds = |i| primitives.bounds(first + i);
-                    let built = Bvh::build_watched(primitives.spheres.len(), bounds, progress);
-                    let ids = built.order.iter().map(|i| first + i).collect();
+                    let built =
+                        Bvh::build_watched(primitives.spheres.len(), bounds, kernel, progress);
+                    let ids = built.order.iter().map(|i| first + i.id()).collect();
                     (built.tree, ids)
                 });
                 Accel::Bvh { tree, spheres }

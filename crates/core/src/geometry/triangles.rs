@@ -4,8 +4,10 @@
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use glam::Vec3;
+use rayon::prelude::*;
 
 use super::search::Face;
+use crate::accel::bvh::Ordered;
 use crate::shape::{Quad, RunId, TriangleRuns};
 
 /// Triangles by id.
@@ -78,28 +80,38 @@ impl Triangles {
         (triangle, Face(first.0 + (half % 2) as u32))
     }
 
-    /// Moves them, and the two of each quad, into runs of so many each; `order` has their numbers
-    /// as [`Self::face`] counts. What is in no run, as nothing hits it, comes into runs behind them.
-    pub(super) fn lay_out(&mut self, quads: &[Quad], mut runs: Vec<u8>, mut order: Vec<u32>) {
+    /// Moves them, and the two of each quad, into runs; `order` counts them as [`Self::face`] does.
+    /// What is not in it, as nothing hits it, comes behind.
+    pub(super) fn lay_out(&mut self, quads: &[Quad], mut order: Vec<Ordered>) {
         let count = self.list.len();
         if order.len() < count + 2 * quads.len() {
             let mut is_in = vec![false; count + 2 * quads.len()];
-            order.iter().for_each(|i| is_in[*i as usize] = true);
+            order.iter().for_each(|i| is_in[i.id() as usize] = true);
             let others = (0..count as u32).filter(|i| !is_in[*i as usize]);
-            let before = order.len();
-            order.extend(others);
-            runs.resize(runs.len() + order.len() - before, 1);
+            order.extend(others.map(|i| Ordered::new(i, true)));
         }
-        let places: Vec<AtomicU32> = (0..count).map(|_| AtomicU32::new(0)).collect();
-        self.runs = TriangleRuns::new(&runs, order.len(), |i, run| {
-            let (triangle, face) = self.face(quads, order[i]);
-            if let Some(place) = places.get(face.id() as usize) {
-                place.store(run.to_bits(), Ordering::Relaxed);
-            }
-            (triangle, face.0)
+        self.runs = TriangleRuns::new(
+            &order,
+            |i| i.begins(),
+            |i| {
+                let (triangle, face) = self.face(quads, i.id());
+                (triangle, face.0)
+            },
+        );
+        // Before there is anything more.
+        self.list = Vec::new();
+        let none = |_| AtomicU32::new(0);
+        let places: Vec<AtomicU32> = (0..count).into_par_iter().map(none).collect();
+        order.par_iter().enumerate().for_each(|(i, face)| {
+            let Some(place) = places.get(face.id() as usize) else {
+                return;
+            };
+            let before = order[..=i].iter().rev().take_while(|i| !i.begins()).count();
+            let after = order[i + 1..].iter().take_while(|i| !i.begins()).count();
+            let run = RunId::new(i - before, before + 1 + after);
+            place.store(run.to_bits(), Ordering::Relaxed);
         });
         self.places = places.into_iter().map(AtomicU32::into_inner).collect();
-        self.list = Vec::new();
     }
 }
 
@@ -120,8 +132,12 @@ impl Extend<[Vec3; 3]> for Triangles {
 
 #[cfg(test)]
 mod tests {
+    use std::ops::ControlFlow;
+
     use super::*;
+    use crate::accel::Progress;
     use crate::geometry::{Geometry, Primitive, Primitives};
+    use crate::math::Ray;
     use crate::scene::boulder;
     use crate::settings::AccelKind;
 
@@ -168,6 +184,39 @@ mod tests {
                         other => panic!("{other:?}"),
                     }
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn builds_that_are_ended_are_harmless() {
+        let list = listed();
+        let ray = Ray::new(Vec3::new(0.0, 3.0, 0.0), Vec3::NEG_Y);
+        for accel in [AccelKind::Bvh, AccelKind::KdTree] {
+            for last in [0, 20, 60, 101] {
+                let report = |percent| match percent < last {
+                    true => ControlFlow::Continue(()),
+                    false => ControlFlow::Break(()),
+                };
+                let primitives = Primitives {
+                    triangles: list.clone().into(),
+                    ..Primitives::default()
+                };
+                let geometry = Geometry::build_watched(primitives, accel, &Progress::new(&report));
+                let rays = geometry.intersect(&ray, |_| false).is_some();
+                let mut many = 0;
+                let found = |_, hit: Option<_>| many += usize::from(hit.is_some());
+                geometry.intersect_many(200, |_| ray, |_| false, found);
+                if last > 100 {
+                    assert!(rays && many == 200, "{accel}");
+                }
+                assert!(
+                    geometry
+                        .primitives()
+                        .triangles
+                        .iter()
+                        .eq(list.iter().copied())
+                );
             }
         }
     }

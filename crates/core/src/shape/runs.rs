@@ -25,8 +25,7 @@ pub struct TriangleRuns {
 pub(crate) struct RunId(u32);
 
 impl RunId {
-    #[inline(always)]
-    fn new(first: usize, count: usize) -> Self {
+    pub fn new(first: usize, count: usize) -> Self {
         Self((first << 3 | (count - 1)) as u32)
     }
 
@@ -118,16 +117,15 @@ impl TriangleRuns {
     /// Most triangles in a run.
     pub const MAX: usize = 8;
 
-    /// Lays out `count` triangles in `runs` of given lengths, which follow each other;
-    /// `triangle(i, run)` gives the i-th triangle, which comes into that run, and its tag. No two of a
-    /// run have the same.
-    pub(crate) fn new(
-        runs: &[u8],
-        count: usize,
-        triangle: impl Fn(usize, RunId) -> ([Vec3; 3], u32) + Sync,
+    /// Lays out a triangle for each item, in runs that begin where `begins` says so;
+    /// `triangle(item)` gives it and its tag. No two of a run have the same tag.
+    pub(crate) fn new<T: Sync>(
+        items: &[T],
+        begins: impl Fn(&T) -> bool + Sync,
+        triangle: impl Fn(&T) -> ([Vec3; 3], u32) + Sync,
     ) -> Self {
-        let mut words = vec![0.0; count * WORDS + Self::MAX];
-        fill(&mut words, runs, 0, &triangle);
+        let mut words = vec![0.0; items.len() * WORDS + Self::MAX];
+        fill(&mut words, items, &(begins, triangle));
         Self { words }
     }
 
@@ -204,34 +202,41 @@ impl TriangleRuns {
     }
 }
 
-/// So many runs are laid out by one thread.
-const SERIAL: usize = 4096;
+/// So many triangles are laid out by one thread.
+const SERIAL: usize = 16384;
 
-/// Lays out runs, the first of which begins with triangle `first`, from the start of `words`.
-fn fill(
+/// Lays out triangles from the start of `words`.
+fn fill<T: Sync>(
     words: &mut [f32],
-    runs: &[u8],
-    first: usize,
-    triangle: &(impl Fn(usize, RunId) -> ([Vec3; 3], u32) + Sync),
+    items: &[T],
+    how: &(
+        impl Fn(&T) -> bool + Sync,
+        impl Fn(&T) -> ([Vec3; 3], u32) + Sync,
+    ),
 ) {
-    if runs.len() > SERIAL {
-        let (before, after) = runs.split_at(runs.len() / 2);
-        let count: usize = before.iter().map(|&n| usize::from(n)).sum();
-        let (words_before, words_after) = words.split_at_mut(count * WORDS);
+    let (begins, triangle) = how;
+    if items.len() > SERIAL {
+        let half = items.len() / 2;
+        let middle = half
+            + items[half..]
+                .iter()
+                .take_while(|item| !begins(item))
+                .count();
+        let (before, after) = items.split_at(middle);
+        let (words_before, words_after) = words.split_at_mut(middle * WORDS);
         rayon::join(
-            || fill(words_before, before, first, triangle),
-            || fill(words_after, after, first + count, triangle),
+            || fill(words_before, before, how),
+            || fill(words_after, after, how),
         );
         return;
     }
-    let (mut rest, mut first) = (words, first);
-    for &count in runs {
-        let n = usize::from(count);
+    let mut rest = words;
+    for items in items.chunk_by(|_, next| !begins(next)) {
+        let n = items.len();
         assert!(n <= TriangleRuns::MAX, "a run of {n} triangles");
         let (run, after) = std::mem::take(&mut rest).split_at_mut(n * WORDS);
-        let id = RunId::new(first, n);
-        for lane in 0..n {
-            let (vertices, tag) = triangle(first + lane, id);
+        for (lane, item) in items.iter().enumerate() {
+            let (vertices, tag) = triangle(item);
             for (v, vertex) in vertices.iter().enumerate() {
                 for axis in 0..3 {
                     run[(3 * v + axis) * n + lane] = vertex[axis];
@@ -239,7 +244,6 @@ fn fill(
             }
             run[9 * n + lane] = f32::from_bits(tag);
         }
-        first += n;
         rest = after;
     }
 }
@@ -425,9 +429,10 @@ mod test {
         let mut state = 1;
         let mut point = || Vec3::from_array([0; 3].map(|_| number(&mut state)));
         let triangles: Vec<[Vec3; 3]> = (0..36).map(|_| [point(), point(), point()]).collect();
-        let runs = TriangleRuns::new(&[1, 2, 3, 4, 5, 6, 7, 8], 36, |i, _| {
-            (triangles[i], i as u32 + 7)
-        });
+        // 1, 2, … 8 in a run.
+        let items: Vec<usize> = (0..36).collect();
+        let begins = |i: &usize| [0, 1, 3, 6, 10, 15, 21, 28].contains(i);
+        let runs = TriangleRuns::new(&items, begins, |i| (triangles[*i], *i as u32 + 7));
         assert_eq!(runs.count(), 36);
         let (mut hits, mut candidates) = (0, 0);
         for _ in 0..20_000 {

@@ -1,17 +1,18 @@
 //! Building the tree from the top: a node's box is divided in two again and again, the largest
 //! part first, until there are eight.
 //!
-//! The tree is a function of the boxes alone: threads share nothing, and each part's order is
-//! made by one of them.
+//! The tree is a function of the boxes alone, whichever threads do what.
 
 use glam::Vec3;
 use rayon::prelude::*;
 
+use super::boxes::{Box8, Ordered, Ref};
 use super::node::{Link, MAX_PRIMITIVES, Node, WIDTH};
-use super::split::{Box4, Ref, Split};
+use super::split::{Split, leaf_cost};
 use super::{Bvh, MAX_DEPTH, MAX_LEAF};
 use crate::accel::progress::{Progress, Task};
 use crate::math::Aabb;
+use crate::simd::Kernel;
 
 /// Subtrees of at most so many primitives are built by one thread.
 const SERIAL: usize = 4096;
@@ -20,19 +21,13 @@ const SERIAL: usize = 4096;
 /// [`MAX_DEPTH`]: each level then divides by four at least.
 const HALVE_FROM: usize = MAX_DEPTH - 14;
 
-/// Cost of visiting a leaf, and of each primitive in it, in the same unit.
-const LEAF_COST: f32 = 1.0;
-const PRIMITIVE_COST: f32 = 0.3;
-
 /// A tree, and the order in which it wants its primitives.
 #[derive(Debug)]
 pub struct Built {
     /// The tree.
     pub tree: Bvh,
-    /// Ids of the primitives, in the order in which the tree's leaves count them.
-    pub order: Vec<u32>,
-    /// Number of primitives of each leaf, in the same order; 1 to [`MAX_LEAF`].
-    pub runs: Vec<u8>,
+    /// The primitives as the tree's leaves count them, 1 to [`MAX_LEAF`] in each.
+    pub order: Vec<Ordered>,
 }
 
 impl Bvh {
@@ -42,13 +37,15 @@ impl Bvh {
     /// # Panics
     /// With 2²⁸ primitives or more.
     pub fn build(count: usize, bounds: impl Fn(u32) -> Aabb + Sync) -> Built {
-        Self::build_watched(count, bounds, &Progress::unwatched())
+        Self::build_watched(count, bounds, Kernel::detect(), &Progress::unwatched())
     }
 
-    /// [`Self::build`] whose progress is watched; if it is ended before time, the tree means nothing.
+    /// [`Self::build`] for a certain kernel, whose progress is watched; if it is ended before time,
+    /// the tree is empty.
     pub fn build_watched(
         count: usize,
         bounds: impl Fn(u32) -> Aabb + Sync,
+        kernel: Kernel,
         progress: &Progress<'_>,
     ) -> Built {
         assert!(
@@ -59,114 +56,206 @@ impl Bvh {
             .into_par_iter()
             .map(|id| Ref::new(&bounds(id), id))
             .collect();
-        refs.retain(|r| !r.is_empty());
-        let whole = Part::new(&mut refs);
+        if refs.par_iter().any(Ref::is_empty) {
+            refs.retain(|r| !r.is_empty());
+        }
+        let task = Task::new(refs.len(), SERIAL);
+        let whole = Part::new(&mut refs, 0, kernel);
         let bounds = whole.bounds.aabb();
         let center = bounds.center();
-        let mut subtree = Subtree::default();
-        if !whole.refs.is_empty() {
-            subtree.nodes.push(Node::EMPTY);
-            let builder = Builder {
-                center,
-                progress,
-                task: Task::new(whole.refs.len(), SERIAL),
-            };
-            subtree.nodes[0] = builder.grow(whole, 0, &mut subtree);
+        let builder = Builder {
+            center,
+            kernel,
+            progress,
+            task,
+        };
+        let mut grown = builder.build(whole);
+        if progress.is_stopped() {
+            (grown, refs) = Default::default();
         }
-        subtree.nodes.shrink_to_fit();
-        Built {
-            tree: Self {
-                bounds,
-                center,
-                nodes: subtree.nodes,
-            },
-            order: subtree.order,
-            runs: subtree.runs,
-        }
+        let order = refs.par_iter().map(Ref::ordered).collect();
+        // Before nodes are there twice.
+        drop(refs);
+        let tree = Self {
+            bounds,
+            center,
+            nodes: grown.join(),
+        };
+        Built { tree, order }
     }
 }
 
-/// Nodes and leaves below some node; their links count from their own start.
-#[derive(Default)]
-struct Subtree {
-    nodes: Vec<Node>,
-    order: Vec<u32>,
-    runs: Vec<u8>,
-}
-
-impl Subtree {
-    /// Puts another subtree behind, and gives by how much its links moved.
-    fn append(&mut self, other: Self) -> (u32, u32) {
-        let by = (self.nodes.len() as u32, self.order.len() as u32);
-        let moved = other.nodes.iter().map(|node| node.moved(by.0, by.1));
-        self.nodes.extend(moved);
-        self.order.extend_from_slice(&other.order);
-        self.runs.extend_from_slice(&other.runs);
-        by
-    }
-}
-
-/// Primitives that go into one child, with the best way to divide them.
+/// Primitives that go into one child.
 struct Part<'a> {
     refs: &'a mut [Ref],
-    bounds: Box4,
+    /// Where they begin in the order of all.
+    first: usize,
+    bounds: Box8,
+    centers: Box8,
     half_area: f32,
-    split: Option<Split>,
-    /// Whether two parts are expected to cost less than one, if the node has room.
-    divides: bool,
+    /// Whether two parts may be expected to cost less than one, if the node has room.
+    may_divide: bool,
 }
 
 impl<'a> Part<'a> {
-    fn new(refs: &'a mut [Ref]) -> Self {
-        let (bounds, centers) = Ref::bounds(refs);
-        Self::with_bounds(refs, bounds, centers)
+    fn new(refs: &'a mut [Ref], first: usize, kernel: Kernel) -> Self {
+        let [bounds, centers] = Ref::bounds(refs, kernel);
+        Self::with_bounds(refs, first, bounds, centers)
     }
 
-    fn with_bounds(refs: &'a mut [Ref], bounds: Box4, centers: Box4) -> Self {
-        let split = Split::best(refs, &centers);
-        let half_area = bounds.half_area();
-        let leaf = |area: f32, count: usize| area * (LEAF_COST + PRIMITIVE_COST * count as f32);
-        let divides = refs.len() > MAX_LEAF
-            || split.as_ref().is_some_and(|split| {
-                let side = |i: usize| leaf(split.bounds[i].half_area(), split.counts[i] as usize);
-                side(0) + side(1) < leaf(half_area, refs.len())
-            });
+    fn with_bounds(refs: &'a mut [Ref], first: usize, bounds: Box8, centers: Box8) -> Self {
         Self {
+            half_area: bounds.half_area(),
+            may_divide: refs.len() > 1,
             refs,
+            first,
             bounds,
-            half_area,
-            split,
-            divides,
+            centers,
         }
     }
 
-    /// Divides by the best split, or by number where there is none.
-    fn divide(self, halve: bool) -> [Self; 2] {
-        let Self { refs, split, .. } = self;
+    fn is_leaf(&self) -> bool {
+        self.refs.len() <= MAX_LEAF
+    }
+
+    /// Divides by the best split, or by number where there is none; not if a leaf costs less whole.
+    fn divide(mut self, halve: bool, kernel: Kernel) -> Result<[Self; 2], Self> {
+        let split = Split::best(self.refs, &self.centers, kernel);
+        if self.is_leaf() {
+            let pays = split.as_ref().is_some_and(|split| {
+                let side =
+                    |i: usize| leaf_cost(split.bounds[i].half_area(), split.counts[i] as usize);
+                side(0) + side(1) < leaf_cost(self.half_area, self.refs.len())
+            });
+            if !pays {
+                self.may_divide = false;
+                return Err(self);
+            }
+        }
+        let Self { refs, first, .. } = self;
         if let Some(split) = split.filter(|_| !halve) {
-            let (count, centers) = split.partition(refs);
+            let (count, centers) = split.by.partition(refs, kernel);
             let (below, above) = refs.split_at_mut(count);
             let [a, b] = split.bounds;
-            return [
-                Part::with_bounds(below, a, centers[0]),
-                Part::with_bounds(above, b, centers[1]),
-            ];
+            return Ok([
+                Part::with_bounds(below, first, a, centers[0]),
+                Part::with_bounds(above, first + count, b, centers[1]),
+            ]);
         }
-        let (below, above) = refs.split_at_mut(refs.len() / 2);
-        [Part::new(below), Part::new(above)]
+        let half = refs.len() / 2;
+        let (below, above) = refs.split_at_mut(half);
+        Ok([
+            Part::new(below, first, kernel),
+            Part::new(above, first + half, kernel),
+        ])
+    }
+}
+
+/// The nodes of a tree before they are put together.
+#[derive(Default)]
+struct Grown {
+    top: Vec<Node>,
+    /// Of each where its root comes among these, and what is below it; links in it count from there.
+    subtrees: Vec<(usize, Node, Vec<Node>)>,
+}
+
+impl Grown {
+    /// The subtrees follow each other behind the top.
+    fn join(self) -> Vec<Node> {
+        let Self { mut top, subtrees } = self;
+        let (mut ends, mut count) = (vec![top.len()], top.len());
+        for (at, root, below) in &subtrees {
+            top[*at] = root.moved(count as u32);
+            count += below.len();
+            ends.push(count);
+        }
+        (0..count)
+            .into_par_iter()
+            .with_min_len(1024)
+            .map(|i| match ends.partition_point(|end| *end <= i) {
+                0 => top[i],
+                k => subtrees[k - 1].2[i - ends[k - 1]].moved(ends[k - 1] as u32),
+            })
+            .collect()
     }
 }
 
 /// What every part of the build needs to know.
 struct Builder<'a> {
     center: Vec3,
+    kernel: Kernel,
     progress: &'a Progress<'a>,
     task: Task,
 }
 
 impl Builder<'_> {
-    /// Makes a node of a part and appends all below it to `out`.
-    fn grow(&self, part: Part<'_>, depth: usize, out: &mut Subtree) -> Node {
+    /// Makes all nodes: first those of parts that many threads divide, one level after the other, then
+    /// whole subtrees, side by side.
+    fn build(&self, whole: Part<'_>) -> Grown {
+        if whole.refs.is_empty() {
+            return Grown::default();
+        }
+        let mut top = vec![Node::EMPTY];
+        let (mut level, mut small) = (vec![(0, whole)], Vec::new());
+        let mut depth = 0;
+        while !level.is_empty() {
+            let (large, others): (Vec<_>, Vec<_>) = level
+                .into_iter()
+                .partition(|(_, part): &(usize, Part<'_>)| part.refs.len() > SERIAL);
+            small.extend(others.into_iter().map(|(at, part)| (at, part, depth)));
+            let opened: Vec<_> = large
+                .into_par_iter()
+                .with_max_len(1)
+                .map(|(at, part)| (at, self.open(part, depth)))
+                .collect();
+            level = Vec::new();
+            for (at, (node, inner)) in opened {
+                top[at] = node;
+                for (i, part) in inner.into_iter().enumerate() {
+                    if let Some(part) = part {
+                        top[at].children[i] = top.len() as u32;
+                        level.push((top.len(), part));
+                        top.push(Node::EMPTY);
+                    }
+                }
+            }
+            depth += 1;
+        }
+        let subtrees = small
+            .into_par_iter()
+            .with_max_len(1)
+            .map(|(at, part, depth)| {
+                let mut below = Vec::new();
+                if !self.progress.pass(self.task, part.refs.len()) {
+                    return (at, Node::EMPTY, below);
+                }
+                let node = self.grow(part, depth, &mut below);
+                below.shrink_to_fit();
+                (at, node, below)
+            })
+            .collect();
+        Grown { top, subtrees }
+    }
+
+    /// Makes a node of a part, and all below it behind `out`, from whose start links count.
+    fn grow(&self, part: Part<'_>, depth: usize, out: &mut Vec<Node>) -> Node {
+        let (mut node, inner) = self.open(part, depth);
+        // Children of a node lie together.
+        let mut at = out.len();
+        out.resize(at + inner.iter().flatten().count(), Node::EMPTY);
+        for (part, link) in inner.into_iter().zip(&mut node.children) {
+            if let Some(part) = part {
+                *link = at as u32;
+                out[at] = self.grow(part, depth + 1, out);
+                at += 1;
+            }
+        }
+        node
+    }
+
+    /// Makes a node of a part, with its leaves, and gives the parts of its inner children, each in its
+    /// place; they have no link yet. Empty if nobody wants it any more.
+    fn open<'a>(&self, part: Part<'a>, depth: usize) -> (Node, [Option<Part<'a>>; WIDTH]) {
         let halve = depth >= HALVE_FROM;
         let mut parts = [const { None }; WIDTH];
         parts[0] = Some(part);
@@ -177,7 +266,7 @@ impl Builder<'_> {
             for (i, part) in parts.iter().flatten().enumerate() {
                 let area = if halve { 0.0 } else { part.half_area };
                 let size = (area, part.refs.len());
-                if part.divides && largest.is_none_or(|(s, _)| size > s) {
+                if part.may_divide && largest.is_none_or(|(s, _)| size > s) {
                     largest = Some((size, i));
                 }
             }
@@ -185,58 +274,27 @@ impl Builder<'_> {
                 break;
             };
             if part.refs.len() > SERIAL && !self.progress.pass(self.task, part.refs.len()) {
-                return Node::EMPTY;
+                return (Node::EMPTY, [const { None }; WIDTH]);
             }
-            let [below, above] = part.divide(halve);
-            (parts[i], parts[count]) = (Some(below), Some(above));
-            count += 1;
+            match part.divide(halve, self.kernel) {
+                Ok([below, above]) => {
+                    (parts[i], parts[count]) = (Some(below), Some(above));
+                    count += 1;
+                }
+                Err(whole) => parts[i] = Some(whole),
+            }
         }
         let mut boxes = [Aabb::EMPTY; WIDTH];
         for (to, part) in boxes.iter_mut().zip(parts.iter().flatten()) {
             *to = part.bounds.aabb();
         }
         let mut node = Node::new(&boxes[..count], self.center);
-        // Leaves of a node lie together, and so do its inner children.
-        let first = out.nodes.len();
-        let (mut inner, mut below) = (0, 0);
-        for (i, slot) in parts.iter_mut().enumerate().take(count) {
-            let Some(part) = slot else {
-                continue;
-            };
-            if part.refs.len() > MAX_LEAF {
-                node.children[i] = (first + inner) as u32;
-                inner += 1;
-                below += part.refs.len();
-                continue;
+        for (slot, link) in parts.iter_mut().zip(&mut node.children) {
+            if let Some(part) = slot.take_if(|part| part.is_leaf()) {
+                *link = Link::to_leaf(part.first, part.refs.len()).0;
+                part.refs[0].begin();
             }
-            node.children[i] = Link::to_leaf(out.order.len(), part.refs.len()).0;
-            out.order.extend(part.refs.iter().map(Ref::id));
-            out.runs.push(part.refs.len() as u8);
-            *slot = None;
         }
-        out.nodes.resize(first + inner, Node::EMPTY);
-        let inner = parts.into_iter().flatten();
-        if below <= SERIAL {
-            for (i, part) in inner.enumerate() {
-                out.nodes[first + i] = self.grow(part, depth + 1, out);
-            }
-            return node;
-        }
-        let inner: Vec<Part<'_>> = inner.collect();
-        let subtrees: Vec<(Node, Subtree)> = inner
-            .into_par_iter()
-            .map(|part| {
-                let mut below = Subtree::default();
-                if part.refs.len() <= SERIAL && !self.progress.pass(self.task, part.refs.len()) {
-                    return (Node::EMPTY, below);
-                }
-                (self.grow(part, depth + 1, &mut below), below)
-            })
-            .collect();
-        for (i, (root, below)) in subtrees.into_iter().enumerate() {
-            let by = out.append(below);
-            out.nodes[first + i] = root.moved(by.0, by.1);
-        }
-        node
+        (node, parts)
     }
 }

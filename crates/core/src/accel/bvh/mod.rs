@@ -2,8 +2,10 @@
 //! primitives per leaf, so that the boxes of a node, and the primitives of a leaf, are tested at
 //! once.
 
+mod boxes;
 mod build;
 mod node;
+mod partition;
 mod slopes;
 mod split;
 mod stream;
@@ -19,7 +21,9 @@ use super::{TreeStats, half_area};
 use crate::math::Aabb;
 use node::{Link, Node, WIDTH};
 
+pub use boxes::Ordered;
 pub use build::Built;
+
 pub(crate) use node::MAX_PRIMITIVES;
 pub(crate) use slopes::{Along, OCTANTS, Octant};
 pub(crate) use stream::{Lists, Stream, in_a_row};

@@ -84,17 +84,15 @@ impl Node {
         self.planes[0][0][i] <= self.planes[0][1][i]
     }
 
-    /// The same node after its subtree was appended behind `nodes` nodes and `primitives`
-    /// primitives.
-    pub fn moved(mut self, nodes: u32, primitives: u32) -> Self {
+    /// The same node after its subtree was put behind so many others.
+    pub fn moved(mut self, nodes: u32) -> Self {
         for i in 0..WIDTH {
             if !self.has(i) {
                 break;
             }
-            self.children[i] += match Link(self.children[i]).inner() {
-                Some(_) => nodes,
-                None => primitives << 3,
-            };
+            if Link(self.children[i]).inner().is_some() {
+                self.children[i] += nodes;
+            }
         }
         self
     }

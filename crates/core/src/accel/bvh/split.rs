@@ -1,107 +1,29 @@
-//! Dividing primitives in two: the best of a few planes by the surface-area heuristic (Wald 2007,
-//! On fast construction of SAH-based bounding volume hierarchies).
+//! Choosing how to divide primitives in two: the best of a few planes by the surface-area heuristic
+//! (Wald 2007, On fast construction of SAH-based bounding volume hierarchies).
 
-use glam::{Vec4, Vec4Swizzles};
+use glam::Vec4;
 use rayon::prelude::*;
 
-use crate::math::Aabb;
+use super::boxes::{Box8, Ref};
+use super::partition::{By, CHUNK, PARALLEL, TO_WHOLE, bin_at};
+use crate::simd::{Kernel, Lanes, Task};
 
-/// A box in registers; the last components mean nothing.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Box4 {
-    lo: Vec4,
-    hi: Vec4,
+/// What a leaf costs, up to a factor: its visit, and the test of each primitive.
+pub(super) fn leaf_cost(half_area: f32, count: usize) -> f32 {
+    half_area * (1.0 + 0.3 * count as f32)
 }
 
-impl Box4 {
-    pub const EMPTY: Self = Self {
-        lo: Vec4::INFINITY,
-        hi: Vec4::NEG_INFINITY,
-    };
+/// Of up to so many all ways to divide them are tried.
+const FEW: usize = 5;
 
-    #[inline(always)]
-    fn union(&self, other: &Self) -> Self {
-        Self {
-            lo: self.lo.min(other.lo),
-            hi: self.hi.max(other.hi),
-        }
-    }
-
-    #[inline(always)]
-    fn add_point(&mut self, p: Vec4) {
-        (self.lo, self.hi) = (self.lo.min(p), self.hi.max(p));
-    }
-
-    #[inline(always)]
-    pub fn half_area(&self) -> f32 {
-        let e = self.hi - self.lo;
-        e.x * e.y + e.y * e.z + e.z * e.x
-    }
-
-    pub fn aabb(&self) -> Aabb {
-        Aabb {
-            min: self.lo.xyz(),
-            max: self.hi.xyz(),
-        }
-    }
-}
-
-/// A primitive's box and, in the last component of `lo`, its id.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Ref(Box4);
-
-impl Ref {
-    pub fn new(bounds: &Aabb, id: u32) -> Self {
-        Self(Box4 {
-            lo: bounds.min.extend(f32::from_bits(id)),
-            hi: bounds.max.extend(0.0),
-        })
-    }
-
-    #[inline(always)]
-    pub fn id(&self) -> u32 {
-        self.0.lo.w.to_bits()
-    }
-
-    /// Whether the box holds no point.
-    pub fn is_empty(&self) -> bool {
-        !(self.0.lo.xyz().cmple(self.0.hi.xyz()).all())
-    }
-
-    /// Twice the centre.
-    #[inline(always)]
-    fn center(&self) -> Vec4 {
-        self.0.lo + self.0.hi
-    }
-
-    /// Boxes around all of them and around their centres.
-    pub fn bounds(refs: &[Self]) -> (Box4, Box4) {
-        let mut all = (Box4::EMPTY, Box4::EMPTY);
-        for r in refs {
-            all.0 = all.0.union(&r.0);
-            all.1.add_point(r.center());
-        }
-        all
-    }
-}
-
-/// Most bins per axis.
-const BINS: usize = 16;
-
-/// So many primitives are put into bins by several threads.
-const PARALLEL: usize = 1 << 16;
-
-/// A plane among centres.
+/// A way to divide primitives.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Split {
-    grid: Grid,
-    axis: usize,
-    /// Bins from this one on are above.
-    bin: usize,
+    pub by: By,
     /// Below and above: number of primitives.
     pub counts: [u32; 2],
     /// Their box.
-    pub bounds: [Box4; 2],
+    pub bounds: [Box8; 2],
 }
 
 /// Bins over the box of the centres.
@@ -111,101 +33,125 @@ struct Grid {
     bins_per_unit: Vec4,
 }
 
-/// Added to a number below 2²³, it leaves the nearest whole number in the lowest bits.
-const TO_WHOLE: f32 = (1 << 23) as f32;
-
-/// A primitive's bin on an axis, of whatever is no number a bin all the same.
-#[inline(always)]
-fn bin_at(sum: f32) -> usize {
-    sum.to_bits() as usize % BINS
-}
-
+/// What is in a bin. Its size is a power of two, for its place in a table to be found by a shift.
 #[derive(Clone, Copy)]
+#[repr(align(64))]
 struct Bin {
-    bounds: Box4,
+    bounds: Box8,
     count: u32,
 }
 
 impl Bin {
     const EMPTY: Self = Self {
-        bounds: Box4::EMPTY,
+        bounds: Box8::EMPTY,
         count: 0,
     };
 
     #[inline(always)]
-    fn join(&mut self, other: &Self) {
-        self.bounds = self.bounds.union(&other.bounds);
+    fn join<L: Lanes>(&mut self, other: &Self) {
+        self.bounds = self.bounds.union::<L>(&other.bounds);
         self.count += other.count;
     }
 }
 
 /// The bins of all axes.
-type Table = [[Bin; BINS]; 3];
+type Table<const BINS: usize> = [[Bin; BINS]; 3];
 
 impl Grid {
-    fn new(centers: &Box4, bins: usize) -> Self {
+    fn new(centers: &Box8, bins: usize) -> Self {
+        // The first and the last are half as wide: walls are met there.
         let per_unit = |e: f32| if e > 0.0 { (bins - 1) as f32 / e } else { 0.0 };
-        let e = centers.hi - centers.lo;
+        let [lo, hi] = centers.corners();
+        let e = -(lo + hi);
         Self {
-            origin: centers.lo,
+            origin: lo,
             bins_per_unit: Vec4::new(per_unit(e.x), per_unit(e.y), per_unit(e.z), 0.0),
         }
     }
+}
 
-    /// Puts primitives into the bins.
+/// Puts primitives into bins.
+struct Fill<'a, const BINS: usize>(&'a Grid, &'a [Ref], &'a mut Table<BINS>);
+
+impl<const BINS: usize> Task for Fill<'_, BINS> {
+    type Output = ();
+
     #[inline(always)]
-    fn fill(&self, refs: &[Ref], table: &mut Table) {
+    fn run<L: Lanes>(self) {
+        let Self(grid, refs, table) = self;
         for r in refs {
-            let at = (r.center() - self.origin) * self.bins_per_unit + Vec4::splat(TO_WHOLE);
+            let at = (r.center() - grid.origin) * grid.bins_per_unit + Vec4::splat(TO_WHOLE);
             for (row, at) in table.iter_mut().zip([at.x, at.y, at.z]) {
-                let bin = &mut row[bin_at(at)];
-                bin.bounds = bin.bounds.union(&r.0);
+                let bin = &mut row[bin_at(at, BINS)];
+                bin.bounds = bin.bounds.union::<L>(&r.0);
                 bin.count += 1;
             }
         }
     }
 }
 
+/// See [`Split::best`].
+struct Best<'a>(&'a [Ref], &'a Box8, Kernel);
+
+impl Task for Best<'_> {
+    type Output = Option<Split>;
+
+    #[inline(always)]
+    fn run<L: Lanes>(self) -> Option<Split> {
+        let Self(refs, centers, kernel) = self;
+        match refs.len() {
+            0 | 1 => None,
+            2..=FEW => Some(Split::of_few::<L>(refs)),
+            n if n < 32 => Split::binned::<L, 8>(refs, centers, kernel),
+            _ => Split::binned::<L, 16>(refs, centers, kernel),
+        }
+    }
+}
+
 impl Split {
-    /// The split of least cost; none if all centres are in one place.
-    pub fn best(refs: &[Ref], centers: &Box4) -> Option<Self> {
-        let bins = match refs.len() {
-            0 | 1 => return None,
-            2..4 => 4,
-            4..32 => 8,
-            _ => BINS,
-        };
-        let grid = Grid::new(centers, bins);
+    /// The split of least cost; none if there is nothing to divide, or the centres of many are in one
+    /// place.
+    pub fn best(refs: &[Ref], centers: &Box8, kernel: Kernel) -> Option<Self> {
+        kernel.run(Best(refs, centers, kernel))
+    }
+
+    #[inline(always)]
+    fn binned<L: Lanes, const BINS: usize>(
+        refs: &[Ref],
+        centers: &Box8,
+        kernel: Kernel,
+    ) -> Option<Self> {
+        let grid = Grid::new(centers, BINS);
         let mut table = [[Bin::EMPTY; BINS]; 3];
         if refs.len() < PARALLEL {
-            grid.fill(refs, &mut table);
+            Fill(&grid, refs, &mut table).run::<L>();
         } else {
-            // Unions and sums do not depend on the order.
-            let tables = refs.par_chunks(PARALLEL / 4).map(|refs| {
+            let tables = refs.par_chunks(CHUNK).map(|refs| {
                 let mut table = [[Bin::EMPTY; BINS]; 3];
-                grid.fill(refs, &mut table);
+                kernel.run(Fill(&grid, refs, &mut table));
                 table
             });
-            let join = |mut a: Table, b: Table| {
-                for (a, b) in a.iter_mut().flatten().zip(b.iter().flatten()) {
-                    a.join(b);
+            // Unions and sums do not depend on the order.
+            for other in &tables.collect::<Vec<Table<BINS>>>() {
+                for (row, other) in table.iter_mut().zip(other) {
+                    for (to, from) in row.iter_mut().zip(other) {
+                        to.join::<L>(from);
+                    }
                 }
-                a
-            };
-            table = tables.reduce(|| [[Bin::EMPTY; BINS]; 3], join);
+            }
         }
         let mut best: Option<(f32, usize, usize)> = None;
         for (axis, row) in table.iter().enumerate() {
             // What is above each plane, from the last to the first: Σ area · primitives.
             let mut above = [(0.0, 0); BINS];
             let mut all = Bin::EMPTY;
-            for i in (1..bins).rev() {
-                all.join(&row[i]);
+            for i in (1..BINS).rev() {
+                all.join::<L>(&row[i]);
                 above[i] = (all.bounds.half_area() * all.count as f32, all.count);
             }
             let mut below = Bin::EMPTY;
-            for i in 1..bins {
-                below.join(&row[i - 1]);
+            for i in 1..BINS {
+                below.join::<L>(&row[i - 1]);
                 let cost = below.bounds.half_area() * below.count as f32 + above[i].0;
                 if below.count > 0 && above[i].1 > 0 && best.is_none_or(|(c, ..)| cost < c) {
                     best = Some((cost, axis, i));
@@ -213,48 +159,49 @@ impl Split {
             }
         }
         let (_, axis, bin) = best?;
-        let side = |bins: &[Bin]| {
-            let mut all = Bin::EMPTY;
-            bins.iter().for_each(|bin| all.join(bin));
-            all
-        };
-        let sides = [side(&table[axis][..bin]), side(&table[axis][bin..bins])];
+        let mut sides = [Bin::EMPTY; 2];
+        for (i, from) in table[axis].iter().enumerate() {
+            sides[usize::from(i >= bin)].join::<L>(from);
+        }
         Some(Self {
-            grid,
-            axis,
-            bin,
+            by: By::Plane {
+                axis,
+                origin: grid.origin[axis],
+                per_unit: grid.bins_per_unit[axis],
+                bins: BINS,
+                above: bin,
+            },
             counts: sides.map(|side| side.count),
             bounds: sides.map(|side| side.bounds),
         })
     }
 
-    /// Moves what is below to the front, and gives its number and the boxes of both sides'
-    /// centres.
-    pub fn partition(&self, refs: &mut [Ref]) -> (usize, [Box4; 2]) {
-        let mut centers = [Box4::EMPTY; 2];
-        let (origin, per_unit) = (
-            self.grid.origin[self.axis],
-            self.grid.bins_per_unit[self.axis],
-        );
-        let is_below = |r: &Ref| {
-            let at = (r.center()[self.axis] - origin) * per_unit + TO_WHOLE;
-            bin_at(at) < self.bin
-        };
-        let (mut begin, mut end) = (0, refs.len());
-        loop {
-            while begin < end && is_below(&refs[begin]) {
-                centers[0].add_point(refs[begin].center());
-                begin += 1;
+    /// The best of all ways to divide a few.
+    #[inline(always)]
+    fn of_few<L: Lanes>(refs: &[Ref]) -> Self {
+        // By set of primitives, a bit for each.
+        let mut boxes = [Box8::EMPTY; 1 << FEW];
+        let mut areas = [0.0; 1 << FEW];
+        let all = (1usize << refs.len()) - 1;
+        for set in 1..=all {
+            let (first, others) = (set.trailing_zeros() as usize, set & (set - 1));
+            boxes[set] = boxes[others].union::<L>(&refs[first].0);
+            areas[set] = boxes[set].half_area();
+        }
+        let cost = |set: usize| leaf_cost(areas[set], set.count_ones() as usize);
+        let mut best = (f32::INFINITY, 1);
+        // One is on one side.
+        for below in (1..all).step_by(2) {
+            let cost = cost(below) + cost(all ^ below);
+            if cost < best.0 {
+                best = (cost, below);
             }
-            while begin < end && !is_below(&refs[end - 1]) {
-                centers[1].add_point(refs[end - 1].center());
-                end -= 1;
-            }
-            // Both stopped: at one that is above, and at one that is below.
-            if begin >= end {
-                return (begin, centers);
-            }
-            refs.swap(begin, end - 1);
+        }
+        let sides = [best.1, all ^ best.1];
+        Self {
+            by: By::Each(best.1 as u32),
+            counts: sides.map(usize::count_ones),
+            bounds: sides.map(|side| boxes[side]),
         }
     }
 }

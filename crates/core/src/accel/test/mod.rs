@@ -52,13 +52,14 @@ impl Task for Walk<'_> {
 
 /// Shows the primitives of leaves to a visitor, one after the other.
 struct Each<'a> {
-    order: &'a [u32],
+    order: &'a [bvh::Ordered],
     visit: Visit<'a>,
 }
 
 impl Leaves for Each<'_> {
     fn visit<L: Lanes>(&mut self, first: u32, count: u32, mut t_max: f32) -> f32 {
-        for &id in &self.order[first as usize..][..count as usize] {
+        for place in &self.order[first as usize..][..count as usize] {
+            let id = place.id();
             t_max = (self.visit)(id, t_max);
             if t_max == f32::NEG_INFINITY {
                 break;
