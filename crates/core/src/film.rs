@@ -79,6 +79,14 @@ pub struct TileRect {
     pub height: u32,
 }
 
+impl TileRect {
+    /// Its pixels, row by row.
+    pub fn pixels(self) -> impl Iterator<Item = [u32; 2]> {
+        let columns = self.x..self.x + self.width;
+        (self.y..self.y + self.height).flat_map(move |y| columns.clone().map(move |x| [x, y]))
+    }
+}
+
 /// How far a tile is from the centre of a picture, squared, in units of half a pixel.
 fn from_center(rect: &TileRect, [width, height]: [u32; 2]) -> i64 {
     let dx = i64::from(2 * rect.x + rect.width) - i64::from(width);

@@ -9,15 +9,17 @@ use crate::math::{Aabb, Floats, GROUP, Ray, Vectors, offset_origin, round_along}
 use crate::shape::{Quad, Sphere, triangle_area, triangle_normal};
 
 pub use cast::Geometry;
+pub use traversal::Traversal;
 pub use triangles::Triangles;
 
 mod cast;
 mod search;
 mod stream;
+mod traversal;
 mod triangles;
 
 #[cfg(test)]
-mod test;
+pub(crate) mod test;
 
 /// Primitives of a scene; see the module's text for ids.
 #[derive(Debug, Default)]

@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use crate::bsdf::Bsdf;
 use crate::film::TileRect;
-use crate::geometry::Hit;
+use crate::geometry::{Hit, Traversal};
 use crate::math::Ray;
 use crate::render::View;
 use crate::scene::Scene;
@@ -47,16 +47,23 @@ impl Surface {
 impl View {
     /// The surfaces seen through the centres of some pixels, row by row.
     pub fn surfaces(&self, rect: TileRect) -> Vec<Option<Surface>> {
-        let pixels = (rect.y..rect.y + rect.height)
-            .flat_map(|y| (rect.x..rect.x + rect.width).map(move |x| [x, y]));
-        let rays: Vec<Ray> = pixels
-            .map(|pixel| self.camera.ray(pixel, [0.0; 2]))
-            .collect();
+        let rays: Vec<Ray> = self.centres(rect).collect();
         let mut hits = Vec::new();
         self.scene.intersect_all(&rays, &mut hits);
         let seen = rays.iter().zip(&hits);
         seen.map(|(ray, hit)| Some(Surface::at(&self.scene, ray, hit.as_ref()?)))
             .collect()
+    }
+
+    /// What it takes to find the surfaces seen through the centres of some pixels, row by row.
+    pub fn traversals(&self, rect: TileRect) -> Vec<Traversal> {
+        let rays = self.centres(rect);
+        rays.map(|ray| self.scene.traversal(&ray)).collect()
+    }
+
+    /// The rays through the centres of some pixels, row by row.
+    pub(crate) fn centres(&self, rect: TileRect) -> impl Iterator<Item = Ray> {
+        rect.pixels().map(|pixel| self.camera.ray(pixel, [0.0; 2]))
     }
 }
 
@@ -107,5 +114,8 @@ mod tests {
             }
         }
         assert!(seen.len() > 3, "{seen:?}");
+        let rays = rect.pixels().map(|pixel| view.camera.ray(pixel, [0.0; 2]));
+        let traversals: Vec<_> = rays.map(|ray| view.scene.traversal(&ray)).collect();
+        assert_eq!(view.traversals(rect), traversals);
     }
 }

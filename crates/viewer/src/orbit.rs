@@ -73,7 +73,14 @@ pub fn panned(camera: &CameraDesc, [x, y]: [f32; 2], depth: f32) -> CameraDesc {
         return *camera;
     };
     let height = 2.0 * f64::from(depth) * (0.5 * f64::from(camera.fov).to_radians()).tan();
-    let shift = (axes.up * f64::from(y) - axes.right * f64::from(x)) * height;
+    moved(
+        camera,
+        (axes.up * f64::from(y) - axes.right * f64::from(x)) * height,
+    )
+}
+
+/// Moves the camera without turning it.
+pub(crate) fn moved(camera: &CameraDesc, shift: DVec3) -> CameraDesc {
     CameraDesc {
         eye: (camera.eye.as_dvec3() + shift).as_vec3(),
         target: (camera.target.as_dvec3() + shift).as_vec3(),
@@ -213,10 +220,11 @@ pub fn projected(camera: &CameraDesc, point: Vec3) -> Option<([f32; 2], f32)> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
 
-    const FRESH: CameraDesc = CameraDesc {
+    /// A camera that has not been moved yet.
+    pub const FRESH: CameraDesc = CameraDesc {
         eye: Vec3::new(0.0, 0.0, 4.0),
         target: Vec3::ZERO,
         up: Vec3::Y,

@@ -173,7 +173,7 @@ pub fn tag(ui: &Ui, painter: &Painter, corner: Pos2, text: &str) -> Rect {
     rect
 }
 
-/// What is under the cursor; `film` tells what is known of a pixel.
+/// What is under the cursor; `told` is what is known of a pixel, and what the view tells of it.
 pub fn readout(
     ui: &Ui,
     painter: &Painter,
@@ -181,7 +181,7 @@ pub fn readout(
     rect: Rect,
     scene: &Scene,
     model: &Model,
-    film: impl FnOnce([u32; 2]) -> Option<Pixel>,
+    told: impl FnOnce([u32; 2]) -> (Option<Pixel>, Option<String>),
 ) {
     let Some(pos) = response
         .hover_pos()
@@ -193,7 +193,8 @@ pub fn readout(
     let size = [model.desc.render.width, model.desc.render.height];
     let pixel = [0, 1].map(|i| ((at[i] * size[i] as f32) as u32).min(size[i] - 1));
     let mut text = format!("{}, {}", pixel[0], pixel[1]);
-    if let Some(pixel) = film(pixel) {
+    let (pixel, reading) = told(pixel);
+    if let Some(pixel) = pixel {
         text += &format!("    {}", radiance(&pixel));
     }
     match pick(scene, &model.desc.camera, size, at) {
@@ -207,6 +208,9 @@ pub fn readout(
             );
         }
         None => text += "    nothing",
+    }
+    if let Some(reading) = reading {
+        text += &format!("    {reading}");
     }
     let rect = tag(ui, painter, painter.clip_rect().left_bottom(), &text);
     let place = ui.interact(rect, ui.scope_id().with("readout"), Sense::hover());
@@ -229,6 +233,7 @@ fn radiance(pixel: &Pixel) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::orbit::tests::FRESH;
 
     #[test]
     fn a_box_has_twelve_edges_along_the_axes() {
@@ -242,13 +247,6 @@ mod tests {
         }
     }
 
-    const CAMERA: CameraDesc = CameraDesc {
-        eye: Vec3::new(0.0, 0.0, 4.0),
-        target: Vec3::ZERO,
-        up: Vec3::Y,
-        fov: 40.0,
-    };
-
     #[test]
     fn rays_touch_a_sphere_at_its_rim() {
         let sphere = SphereDesc {
@@ -257,12 +255,12 @@ mod tests {
             center: Vec3::new(0.5, 0.2, 1.0),
             radius: 0.7,
         };
-        let points = rim(&sphere, CAMERA.eye);
+        let points = rim(&sphere, FRESH.eye);
         assert_eq!(ring(&points).len(), ROUND as usize);
         for point in points {
             let out = point - sphere.center;
             assert!((out.length() - sphere.radius).abs() < 1e-5);
-            assert!(out.dot(point - CAMERA.eye).abs() < 1e-5);
+            assert!(out.dot(point - FRESH.eye).abs() < 1e-5);
         }
         assert!(rim(&sphere, sphere.center).is_empty());
     }
@@ -271,15 +269,15 @@ mod tests {
     fn a_line_that_passes_the_camera_is_cut_off() {
         let rect = Rect::from_min_size(Pos2::ZERO, Vec2::new(200.0, 100.0));
         let (front, back) = (Vec3::new(0.5, 0.0, 0.0), Vec3::new(0.5, 0.0, 9.0));
-        let seen = on_screen(rect, &CAMERA, [front, back]).unwrap();
-        assert_eq!(on_screen(rect, &CAMERA, [back, front]).unwrap(), seen);
+        let seen = on_screen(rect, &FRESH, [front, back]).unwrap();
+        assert_eq!(on_screen(rect, &FRESH, [back, front]).unwrap(), seen);
         // Outwards to the right, from where its front end is seen.
         assert!(
             seen[0].x > 1000.0 && seen[1].x > 100.0 && seen[1].x < 150.0,
             "{seen:?}"
         );
-        assert_eq!(on_screen(rect, &CAMERA, [back, back + Vec3::Z]), None);
-        let whole = on_screen(rect, &CAMERA, [Vec3::ZERO, Vec3::X]).unwrap();
+        assert_eq!(on_screen(rect, &FRESH, [back, back + Vec3::Z]), None);
+        let whole = on_screen(rect, &FRESH, [Vec3::ZERO, Vec3::X]).unwrap();
         assert!(whole.iter().all(|p| p.y == 50.0));
     }
 }

@@ -137,9 +137,10 @@ impl Viewport {
             let text = "flying: W A S D, Q E, drag to look, Shift fast, Alt slow; Esc ends it";
             overlay::tag(ui, &painter, space.left_top(), text);
         } else if let Some(scale) = snapshot.preview {
-            let text = match status.loading {
-                Some(_) => format!("preview 1/{scale}, building"),
-                None => format!("preview 1/{scale}"),
+            let text = match (scale, &status.loading) {
+                (1, _) => format!("drawing {}", snapshot.aov.name()),
+                (_, Some(_)) => format!("preview 1/{scale}, building"),
+                (_, None) => format!("preview 1/{scale}"),
             };
             overlay::tag(ui, &painter, space.left_top(), &text);
         } else if !self.gestures.is_known {
@@ -152,12 +153,18 @@ impl Viewport {
             let (eye, settings) = (model.desc.camera.eye, &model.desc.render);
             let size = [settings.width, settings.height];
             let reference = status.reference.as_deref().filter(|r| r.size() == size);
-            let scope = Scope::new(scene, eye, settings.samples, model.tone, reference);
+            let scope = Scope::new(scene, eye, settings, model.tone, reference);
             legend::show(ui, space, snapshot.aov, &scope);
         }
-        let film = |pixel| snapshot.past.is_none().then(|| session.pixel(pixel))?;
+        let told = |pixel| match snapshot.past {
+            None => {
+                let view = || Some(session.making()?.0);
+                (session.pixel(pixel), snapshot.aov.reading(view, pixel))
+            }
+            Some(_) => (None, None),
+        };
         let painter = ui.painter().with_clip_rect(space);
-        overlay::readout(ui, &painter, &response, rect, scene, model, film);
+        overlay::readout(ui, &painter, &response, rect, scene, model, told);
         Some(Seen {
             space: stage,
             rect,

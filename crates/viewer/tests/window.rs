@@ -33,11 +33,13 @@ const TEDDY: (i32, i32) = (485, 400);
 const STRIP: std::ops::Range<usize> = 36 * PICTURE.0 + 31..36 * PICTURE.0 + 37;
 
 /// Keys of views, each of which looks unlike the one before.
-const VIEWS: [(&str, &str); 10] = [
+const VIEWS: [(&str, &str); 12] = [
     ("F6", "view noise"),
     ("shift+F6", "view samples"),
     ("shift+F7", "view invalid samples"),
     ("F8", "view false colour"),
+    ("shift+F8", "view traversal cost"),
+    ("shift+F9", "view path length"),
     ("F9", "view depth"),
     ("F10", "view normal"),
     ("shift+F10", "view front and back"),

@@ -245,7 +245,7 @@ impl Geometry {
                 }
                 self.test_spheres(ray, search);
             }
-            Accel::KdTree(tree) => tree.walk(ray, |id, _| {
+            Accel::KdTree(tree) => tree.walk_with(ray, search, Search::node, |search, id, _| {
                 self.test_primitive(id, ray, &sheared, search);
                 search.t_max()
             }),
@@ -302,6 +302,7 @@ impl Geometry {
 
     #[inline(always)]
     fn test_sphere(&self, id: u32, ray: &Ray, search: &mut impl Search) {
+        search.tests(1);
         let sphere = &self.primitives.spheres[(id - self.primitives.first_sphere()) as usize];
         if let Some(t) = sphere.intersect(ray, search.limit()) {
             search.offer(t, Face::of(id), [0.0; 2]);
@@ -314,9 +315,11 @@ impl Geometry {
         let face = Face::of(id);
         match self.primitives.get(id) {
             Primitive::Triangle(triangle) => {
+                search.tests(1);
                 offer_triangle(sheared.triangle(triangle, search.limit()), face, search);
             }
             Primitive::Quad(quad) => {
+                search.tests(2);
                 let [first, second] = quad.triangles();
                 offer_triangle(sheared.triangle(first, search.limit()), face, search);
                 let face = Face(face.0 + 1);
@@ -356,6 +359,11 @@ impl<S: Search> Leaves for TriangleLeaves<'_, S> {
         test_run::<L>(self.runs, self.ray, first, count, self.search);
         self.search.t_max()
     }
+
+    #[inline(always)]
+    fn node(&mut self) {
+        self.search.node();
+    }
 }
 
 /// Leaves of the tree over spheres.
@@ -373,6 +381,11 @@ impl<S: Search> Leaves for SphereLeaves<'_, S> {
         }
         self.search.t_max()
     }
+
+    #[inline(always)]
+    fn node(&mut self) {
+        self.search.node();
+    }
 }
 
 /// Tests up to eight triangles.
@@ -384,6 +397,7 @@ fn test_run<L: Lanes>(
     count: u32,
     search: &mut impl Search,
 ) {
+    search.tests(count);
     let candidates = runs.candidates::<L>(ray, first, count, search.limit());
     let mut mask = candidates.mask;
     if mask == 0 {

@@ -49,6 +49,12 @@ pub(super) trait Search {
     }
     /// Takes note of a hit; `b` are a triangle's second and third barycentric.
     fn offer(&mut self, t: f32, face: Face, b: [f32; 2]);
+    /// Told of each inner node of a tree that is visited; only those that count listen.
+    #[inline(always)]
+    fn node(&mut self) {}
+    /// Told how many triangles and spheres are tested next; a quad is two triangles.
+    #[inline(always)]
+    fn tests(&mut self, _: u32) {}
 }
 
 /// How far a ray is followed at first: a finite distance, or NaN. Arithmetic beyond the range of f32

@@ -107,7 +107,7 @@ fn check_many(geometry: &Geometry, rays: &[Ray], is_emitter: impl Fn(u32) -> boo
 }
 
 /// Triangles as they are, each with a neighbour in the same plane; quads and spheres from them.
-fn mixed(triangles: &[[Vec3; 3]], spheres: usize) -> Primitives {
+pub fn mixed(triangles: &[[Vec3; 3]], spheres: usize) -> Primitives {
     let mut primitives = Primitives::default();
     for (i, &[a, b, c]) in triangles.iter().enumerate() {
         if i < spheres {

@@ -66,6 +66,15 @@ pub(crate) struct Found<'a> {
     pub after: &'a [Vec3],
 }
 
+/// How far paths get at a bounce.
+fn step(transport: &Transport<'_>, bounce: u32) -> Step {
+    match transport.depth - bounce {
+        1 => Step::Meet,
+        2 if !transport.plan.has(Part::LastSegment) => Step::Aim,
+        _ => Step::Scatter,
+    }
+}
+
 impl Wave {
     /// Follows all paths as [`Wave::trace`] does. `found` is told what each step has brought, and
     /// `segments`, if there is one, takes those of the only path. `None` if `cancel` was set meanwhile.
@@ -90,11 +99,7 @@ impl Wave {
             if cancel.load(Ordering::Relaxed) {
                 return None;
             }
-            let step = match transport.depth - bounce {
-                1 => Step::Meet,
-                2 if !transport.plan.has(Part::LastSegment) => Step::Aim,
-                _ => Step::Scatter,
-            };
+            let step = step(transport, bounce);
             let mut tell = |wave: &Self, strategy, segments| {
                 let after = &wave.radiance;
                 found(Found {
@@ -134,6 +139,23 @@ impl Wave {
             }
         }
         Some(&self.radiance)
+    }
+
+    /// Follows all paths as [`Wave::trace`] does, and gives the number of segments of each: to the
+    /// lamp or the background, to where it was given up, or to the depth, but no more than `most`.
+    pub(crate) fn lengths(&mut self, transport: &Transport<'_>, most: u32) -> Vec<u32> {
+        let mut lengths = vec![0; self.radiance.len()];
+        for bounce in 0..transport.depth.min(most) {
+            if self.paths.is_empty() {
+                break;
+            }
+            for path in &self.paths {
+                lengths[path.index as usize] += 1;
+            }
+            transport.scene.intersect_all(&self.rays, &mut self.hits);
+            self.shade(transport, bounce, step(transport, bounce));
+        }
+        lengths
     }
 
     /// The segment that the first path is on.

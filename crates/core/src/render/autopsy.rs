@@ -8,8 +8,9 @@ use std::sync::atomic::AtomicBool;
 
 use glam::Vec3;
 
-use super::View;
+use super::{View, WAVE};
 use crate::color::luminance;
+use crate::film::TileRect;
 use crate::integrator::Wave;
 use crate::integrator::replay::{Found, Segment, Strategy};
 use crate::sampler::{Dim, Sampler};
@@ -109,6 +110,27 @@ impl View {
         (segments, radiance.unwrap_or_default())
     }
 
+    /// Mean number of segments of the camera paths of the first `samples` samples of each of some
+    /// pixels, row by row; of each path counted up to [`LENGTHS`].
+    pub fn path_lengths(&self, rect: TileRect, samples: u32) -> Vec<f32> {
+        let samples = samples.max(1);
+        let pixels: Vec<[u32; 2]> = rect.pixels().collect();
+        let mut wave = Wave::default();
+        let mut means = Vec::with_capacity(pixels.len());
+        for pixels in pixels.chunks((WAVE / samples as usize).max(1)) {
+            wave.clear();
+            for pixel in pixels {
+                for sample in 0..samples {
+                    self.begin(&mut wave, *pixel, u64::from(sample));
+                }
+            }
+            let lengths = wave.lengths(&self.transport(), LENGTHS as u32);
+            let sums = lengths.chunks(samples as usize);
+            means.extend(sums.map(|l| l.iter().sum::<u32>() as f32 / samples as f32));
+        }
+        means
+    }
+
     /// Adds the camera path of a sample.
     fn begin(&self, wave: &mut Wave, pixel: [u32; 2], sample: u64) {
         let sampler = Sampler::new(self.settings.sampler, self.settings.seed, pixel, sample);
@@ -202,6 +224,61 @@ mod tests {
             }
         }
         assert!(by_strategy.iter().all(|sum| *sum > 0.0), "{by_strategy:?}");
+    }
+
+    #[test]
+    fn lengths_are_those_of_the_paths() {
+        let rect = TileRect {
+            x: 9,
+            y: 4,
+            width: 7,
+            height: 9,
+        };
+        for view in views() {
+            let lengths = view.path_lengths(rect, 5);
+            for ([x, y], mean) in rect.pixels().zip(&lengths).step_by(4) {
+                let paths = (0..5).map(|sample| view.path([x, y], sample).0.len());
+                assert_eq!(*mean, paths.sum::<usize>() as f32 / 5.0);
+            }
+            assert_eq!(lengths.len(), 63);
+        }
+    }
+
+    /// Between mirrors that take nothing away, paths end by roulette only.
+    #[test]
+    fn long_paths_are_counted_to_an_end() {
+        let box_of_mirrors = Path::new("builtin:lab/mirror-box.toml");
+        let mut source = scene::load(box_of_mirrors).expect("a scene");
+        for material in &mut source.desc.materials {
+            (material.mirror, material.mirror_color) = (1.0, Vec3::ONE);
+            material.emission = Vec3::ZERO;
+        }
+        let built = source.build(&scene::unwatched).expect("a scene");
+        let view = View::of(Arc::new(built)).expect("a view");
+        assert_eq!(view.settings.depth, crate::settings::UNLIMITED);
+        let lengths = view.path_lengths(view.film().tile_rect(0), 1);
+        let longest = lengths.iter().fold(0.0f32, |a, b| a.max(*b));
+        assert_eq!(longest, LENGTHS as f32, "{lengths:?}");
+    }
+
+    /// Nothing but camera paths casts rays if light is only met.
+    #[test]
+    fn lengths_add_up_to_the_rays_of_a_picture() {
+        for scene in ["cornell-box", "sphere-mirror"] {
+            let view = view(scene, Method::Naive, 16);
+            let film = view.film();
+            let rays = view.render(&film, 4, &AtomicBool::new(false)).rays;
+            let [width, height] = film.size();
+            let all = TileRect {
+                x: 0,
+                y: 0,
+                width,
+                height,
+            };
+            let lengths = view.path_lengths(all, 4);
+            let sum: f64 = lengths.iter().map(|mean| 4.0 * f64::from(*mean)).sum();
+            assert_eq!(sum.round() as u64, rays);
+        }
     }
 
     #[test]

@@ -27,7 +27,7 @@ pub use error::{SceneError, SceneWarning};
 pub use load::{Source, load, parse, save};
 
 use crate::accel::Progress;
-use crate::geometry::{Geometry, Hit, Primitives};
+use crate::geometry::{Geometry, Hit, Primitives, Traversal};
 use crate::light::{Casters, Lights};
 use crate::material::Material;
 use crate::math::{Aabb, Ray};
@@ -269,6 +269,12 @@ impl Scene {
     pub fn intersect(&self, ray: &Ray) -> Option<Hit> {
         self.geometry
             .intersect(ray, |prim| self.material(prim).emits())
+    }
+
+    /// What it takes to find what [`Scene::intersect`] finds.
+    pub fn traversal(&self, ray: &Ray) -> Traversal {
+        let is_emitter = |prim| self.material(prim).emits();
+        self.geometry.traversal(ray, is_emitter)
     }
 
     /// The nearest surface along each ray, in place of what `hits` held.

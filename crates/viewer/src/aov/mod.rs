@@ -2,6 +2,7 @@
 //! name, the key, the colours and their legend. To add one is to add a row.
 
 mod colors;
+mod costs;
 mod samples;
 mod surface;
 
@@ -13,7 +14,7 @@ use glam::Vec3;
 use lightbox_core::color::ToneMap;
 use lightbox_core::film::TileRect;
 use lightbox_core::surfaces::Surface;
-use lightbox_core::{Film, Scene, View};
+use lightbox_core::{Film, RenderSettings, Scene, View};
 
 use crate::session::Reference;
 
@@ -41,6 +42,12 @@ enum Paint {
     Samples(fn(&Scope<'_>, &Film, usize) -> Option<Colors>),
     /// Of one, from the surface that its centre shows: no samples are needed.
     Surface(fn(&Scope<'_>, &Surface) -> [u8; 3]),
+    /// Of those of a rectangle, from rays that are cast for it alone: no samples are needed either.
+    Query {
+        colors: fn(&Scope<'_>, &View, TileRect) -> Colors,
+        /// The same of one pixel, in words.
+        reading: fn(&View, [u32; 2]) -> String,
+    },
 }
 
 /// What the colours mean.
@@ -65,8 +72,7 @@ pub struct Scope<'a> {
     scene: &'a Scene,
     /// Least and largest distance at which the camera can see something.
     distances: [f32; 2],
-    /// Samples per pixel of the done picture.
-    samples: u64,
+    settings: &'a RenderSettings,
     tone: ToneMap,
     reference: Option<&'a Reference>,
     /// The first slot with the same material as each slot; found when it is asked for.
@@ -74,11 +80,11 @@ pub struct Scope<'a> {
 }
 
 impl<'a> Scope<'a> {
-    /// For a picture from `eye` of `samples` samples per pixel.
+    /// For a picture from `eye` with some settings.
     pub fn new(
         scene: &'a Scene,
         eye: Vec3,
-        samples: u64,
+        settings: &'a RenderSettings,
         tone: ToneMap,
         reference: Option<&'a Reference>,
     ) -> Self {
@@ -88,7 +94,7 @@ impl<'a> Scope<'a> {
         Self {
             scene,
             distances: [near, far.length()],
-            samples,
+            settings,
             tone,
             reference,
             first_slots: OnceLock::new(),
@@ -110,7 +116,7 @@ const PLAIN: Modifiers = Modifiers::NONE;
 const SHIFT: Modifiers = Modifiers::SHIFT;
 
 /// Everything that pixels can show; light comes first.
-static ROWS: [Row; 12] = [
+static ROWS: [Row; 14] = [
     Row {
         name: "colour",
         keys: (PLAIN, Key::C),
@@ -152,6 +158,26 @@ static ROWS: [Row; 12] = [
         tip: "show brightness as colour",
         paint: Paint::Samples(samples::false_color),
         legend: samples::false_color_legend,
+    },
+    Row {
+        name: "traversal cost",
+        keys: (SHIFT, Key::F8),
+        tip: "show how many nodes and shapes a ray through each pixel visits to find its surface",
+        paint: Paint::Query {
+            colors: costs::traversal,
+            reading: costs::traversal_reading,
+        },
+        legend: |_| costs::traversal_legend(),
+    },
+    Row {
+        name: "path length",
+        keys: (SHIFT, Key::F9),
+        tip: "show how many segments the paths of each pixel have, on average",
+        paint: Paint::Query {
+            colors: costs::path_length,
+            reading: costs::path_length_reading,
+        },
+        legend: costs::path_length_legend,
     },
     Row {
         name: "depth",
@@ -226,9 +252,17 @@ impl Aov {
         (self.0.legend)(scope)
     }
 
-    /// Whether it shows surfaces, and needs no samples.
-    pub fn is_of_surfaces(self) -> bool {
-        matches!(self.0.paint, Paint::Surface(_))
+    /// Whether it is there without samples.
+    pub fn needs_no_samples(self) -> bool {
+        !matches!(self.0.paint, Paint::Samples(_))
+    }
+
+    /// What it tells of a pixel, where that is not told in every view.
+    pub fn reading(self, view: impl FnOnce() -> Option<View>, pixel: [u32; 2]) -> Option<String> {
+        match self.0.paint {
+            Paint::Query { reading, .. } => Some(reading(&view()?, pixel)),
+            Paint::Samples(_) | Paint::Surface(_) => None,
+        }
     }
 
     /// sRGB of the pixels of a tile; `None` before its first samples, if it takes samples. Light
@@ -249,6 +283,7 @@ impl Aov {
                 let color = |s: &Option<Surface>| s.map_or([0; 3], |s| paint(scope, &s));
                 view.surfaces(rect).iter().map(color).collect()
             }
+            Paint::Query { colors, .. } => colors(scope, view, rect),
         };
         Some((rect, rgb))
     }

@@ -33,13 +33,13 @@ pub fn noise_legend() -> Legend {
 pub fn count(scope: &Scope<'_>, film: &Film, i: usize) -> Option<Colors> {
     let samples = film.tile_samples(i);
     let rect = film.rect(i);
-    let share = log_share(samples as f32, [1.0, scope.samples.max(2) as f32]);
+    let share = log_share(samples as f32, [1.0, scope.settings.samples.max(2) as f32]);
     let color = viridis(share);
     (samples > 0).then(|| vec![color; (rect.width * rect.height) as usize])
 }
 
 pub fn count_legend(scope: &Scope<'_>) -> Legend {
-    let ends = [1, scope.samples.max(2)].map(|n| format!("{} spp", counted(n)));
+    let ends = [1, scope.settings.samples.max(2)].map(|n| format!("{} spp", counted(n)));
     Legend::Scale {
         color: viridis,
         ends,
@@ -56,8 +56,7 @@ pub fn difference(scope: &Scope<'_>, film: &Film, i: usize) -> Option<Colors> {
     check_size(film.size(), reference).ok()?;
     let tile = film.develop_tile(i)?;
     let (rect, largest) = (tile.rect, largest_difference(scope));
-    let at = (rect.y..rect.y + rect.height)
-        .flat_map(|y| (rect.x..rect.x + rect.width).map(move |x| y * reference.width + x));
+    let at = rect.pixels().map(|[x, y]| y * reference.width + x);
     let pixels = tile.pixels.iter().zip(at);
     let color = |(x, at): (&Vec3, u32)| {
         let more = luminance(*x) - luminance(reference.pixels[at as usize]);

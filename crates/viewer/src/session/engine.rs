@@ -233,7 +233,8 @@ impl Engine<'_> {
         if self.savings.is_some() {
             self.trial = None;
         }
-        self.stale |= stale && !(redraws && snapshot.is_some());
+        let is_drawn = self.picture.as_ref().is_some_and(Picture::is_drawn);
+        self.stale |= stale && !(redraws && snapshot.is_some() && is_drawn);
         let snapshot = snapshot.map(|snapshot| {
             self.snapshots += 1;
             let number = self.snapshots;

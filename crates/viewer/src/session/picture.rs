@@ -1,13 +1,15 @@
 //! One picture from its first preview on: previews, passes cut into slices of time, and what is
 //! shown of them. Runs on the threads of the engine's pool.
 
+mod drawing;
+
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use lightbox_core::compare::{check_size, relative_square};
-use lightbox_core::film::{Developed, ErrorEstimate, Light, Lost, TileError, TileRect};
+use lightbox_core::film::{Developed, ErrorEstimate, Light, Lost, TileError};
 use lightbox_core::forecast::Span;
 use lightbox_core::image_io::tone_mapped;
 use lightbox_core::scene::CameraDesc;
@@ -21,9 +23,10 @@ use super::keeper::Taken;
 use super::look::Look;
 use super::preview::{Governor, enlarge};
 use super::{Reference, Region, Snapshot};
-use crate::aov::Scope;
+use crate::aov::Aov;
 use crate::pace::{FIRST_CHECK, Limits, Progress};
 use crate::spent::{NEGLIGIBLE, Spent};
+use drawing::{paint, put};
 
 /// How long a slice of samples should take: long enough to be cheap, short enough that the
 /// window stays fresh. A wish interrupts it anyway.
@@ -58,6 +61,8 @@ pub(super) struct Picture {
     next_tile: usize,
     /// What is shown, sRGB bytes; empty until the film is shown first.
     rgb: Vec<u8>,
+    /// The view that was shown last, and how many tiles are there of it, as `order` has them.
+    drawn: (Aov, usize),
     /// Whether this pass measures the error of each tile it draws.
     measures: bool,
     /// Samples per pixel of the last pass that did.
@@ -99,6 +104,7 @@ impl Picture {
             backdrop: None,
             goal: 0,
             rgb: Vec::new(),
+            drawn: (Aov::COLOR, 0),
             is_shown: false,
             showing: Duration::ZERO,
             light: Light::default(),
@@ -131,6 +137,7 @@ impl Picture {
         let all = 0..self.film.tiles();
         let (first, rest): (Vec<_>, Vec<_>) = all.clone().partition(|tile| is_within(*tile));
         self.order = first.into_iter().chain(rest).collect();
+        self.drawn.1 = if self.is_drawn() { all.end } else { 0 };
         // A pass under way goes through all once more; what it has done takes no time.
         if self.next_tile < all.end {
             self.next_tile = 0;
@@ -221,11 +228,15 @@ impl Picture {
         let never = AtomicBool::new(false);
         let cancel = if self.is_shown { cancel } else { &never };
         let size = film.size().map(|n| n as usize);
-        let rgb = if look.aov.is_of_surfaces() {
+        let rgb = if look.aov.needs_no_samples() {
             let all: Vec<_> = (0..film.tiles()).collect();
             let drawn = paint(look, &self.scope(look), &view, &film, &all, cancel)?;
             let mut rgb = vec![0; 3 * size[0] * size[1]];
             put(&mut rgb, size[0], drawn);
+            let [width, height] = self.film.size();
+            // What is drawn in its place may take a while.
+            self.drawn = (look.aov, 0);
+            self.rgb = enlarge(&rgb, scale, width, height);
             rgb
         } else {
             let start = Instant::now();
@@ -237,10 +248,10 @@ impl Picture {
             let image = film.develop();
             let rgb = tone_mapped(&image, look.tone);
             self.backdrop = Some((image, scale));
+            self.rgb.clear();
             rgb
         };
         self.is_shown = true;
-        self.rgb.clear();
         Some(Snapshot {
             size,
             rgb,
@@ -281,7 +292,7 @@ impl Picture {
         self.next_tile = next.end;
         let start = Instant::now();
         // Surfaces stand there already.
-        let is_drawn = !look.aov.is_of_surfaces();
+        let is_drawn = !look.aov.needs_no_samples();
         if is_drawn {
             self.draw(tiles, look, &never);
         }
@@ -303,7 +314,7 @@ impl Picture {
         let all = self.order.clone();
         let is_last = self.limits.next(&self.progress).is_err();
         let is_changed = self.film.takes_splats();
-        if is_last && is_changed && !look.aov.is_of_surfaces() {
+        if is_last && is_changed && !look.aov.needs_no_samples() {
             self.draw(&all, look, &AtomicBool::new(false));
         }
         // The last picture is measured in any case.
@@ -369,104 +380,8 @@ impl Picture {
         self.next_tile..tiles.min(self.next_tile.saturating_add(count.max(least)))
     }
 
-    /// Shows and measures all there is once more, with another look or reference; nothing if it was
-    /// interrupted.
-    pub fn redraw(&mut self, look: Look, cancel: &AtomicBool) -> Option<Snapshot> {
-        let all = self.order.clone();
-        let never = AtomicBool::new(false);
-        let takes_long = look.aov.is_of_surfaces() && self.is_shown;
-        self.rgb.clear();
-        self.draw(&all, look, if takes_long { cancel } else { &never })?;
-        self.measure(&all);
-        if self.next_tile == self.film.tiles() {
-            self.measured = self.film.samples();
-        }
-        Some(self.snapshot(look))
-    }
-
-    /// Brings some tiles of what is shown up to date; `None` if it was interrupted.
-    fn draw(&mut self, tiles: &[usize], look: Look, cancel: &AtomicBool) -> Option<()> {
-        let [width, height] = self.film.size();
-        if self.rgb.is_empty() {
-            self.rgb = match &self.backdrop {
-                Some((image, scale)) => {
-                    enlarge(&tone_mapped(image, look.tone), *scale, width, height)
-                }
-                None => vec![0; 3 * width as usize * height as usize],
-            };
-        }
-        let drawn = paint(
-            look,
-            &self.scope(look),
-            &self.view,
-            &self.film,
-            tiles,
-            cancel,
-        )?;
-        put(&mut self.rgb, width as usize, drawn);
-        self.is_shown = true;
-        Some(())
-    }
-
-    fn scope(&self, look: Look) -> Scope<'_> {
-        let View {
-            scene,
-            camera,
-            settings,
-            ..
-        } = &self.view;
-        let reference = self.reference.as_deref();
-        Scope::new(scene, camera.eye(), settings.samples, look.tone, reference)
-    }
-
     fn size(&self) -> [usize; 2] {
         self.film.size().map(|n| n as usize)
-    }
-
-    fn snapshot(&self, look: Look) -> Snapshot {
-        let is_covered = self.film.samples() > 0 || look.aov.is_of_surfaces();
-        Snapshot {
-            size: self.size(),
-            rgb: self.rgb.clone(),
-            picture: self.size(),
-            preview: (!is_covered)
-                .then_some(self.backdrop.as_ref())
-                .flatten()
-                .map(|(_, scale)| *scale),
-            past: None,
-            aov: look.aov,
-            number: 0,
-        }
-    }
-}
-
-/// sRGB of the pixels of a tile.
-type Painted = (TileRect, Vec<[u8; 3]>);
-
-/// The colours of some tiles of a picture; `None` if it was interrupted.
-fn paint(
-    look: Look,
-    scope: &Scope<'_>,
-    view: &View,
-    film: &Film,
-    tiles: &[usize],
-    cancel: &AtomicBool,
-) -> Option<Vec<Painted>> {
-    let drawn = tiles
-        .par_iter()
-        .filter(|_| !cancel.load(Ordering::Relaxed))
-        .filter_map(|i| look.aov.tile(scope, view, film, *i));
-    let drawn = drawn.collect();
-    (!cancel.load(Ordering::Relaxed)).then_some(drawn)
-}
-
-/// Puts tiles where they belong in a picture of some width.
-fn put(rgb: &mut [u8], width: usize, tiles: Vec<Painted>) {
-    for (rect, pixels) in tiles {
-        for (y, row) in (rect.y as usize..).zip(pixels.chunks_exact(rect.width as usize)) {
-            let start = 3 * (y * width + rect.x as usize);
-            rgb[start..start + 3 * row.len()].copy_from_slice(row.as_flattened());
-        }
     }
 }
 

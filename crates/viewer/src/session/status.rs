@@ -26,7 +26,7 @@ pub struct Snapshot {
     /// Pixels across and down of the picture that it stands for.
     pub picture: [usize; 2],
     /// Where any of it is a preview: how many pixels of the picture one of the preview's covers,
-    /// across and down.
+    /// across and down; 1 while a view is being drawn.
     pub preview: Option<u32>,
     /// Of a picture as it was: when.
     pub past: Option<Point>,

@@ -126,6 +126,69 @@ fn surfaces_are_shown_while_the_samples_go_on() {
     assert_eq!(window.status().samples, 16);
 }
 
+/// What stands at the end of the line about the pixel at a place of the picture.
+fn reading(window: &mut Window, at: egui::Pos2) -> String {
+    window.harness.hover_at(at);
+    window.harness.run_steps(2);
+    let text = |n: egui_kittest::Node<'_>| n.accesskit_node().value();
+    let all = window.harness.query_all_by_label_contains("distance");
+    let line = all.last().and_then(text).unwrap_or_default();
+    line.rsplit("    ").next().unwrap_or_default().to_owned()
+}
+
+#[test]
+fn the_cost_of_rays_is_counted_by_themselves() {
+    let mut window = Window::open(SCENE);
+    let on_ball = window.at(0.51, 0.51);
+    assert!(reading(&mut window, on_ball).starts_with("distance"));
+    show(&mut window, "traversal cost");
+    window.harness.get_by_label("1\u{a0}000 nodes and shapes");
+    // So few shapes need no tree: the sphere and both halves of two quads, wherever the ray leads.
+    let all = window.snapshot().rgb.clone();
+    assert_eq!(all.chunks(3).filter(|p| *p != &all[..3]).count(), 0);
+    let tested = "0 nodes visited, 5 shapes tested";
+    assert_eq!(reading(&mut window, on_ball), tested);
+    // Where the ray is not within reach of anything, nothing is.
+    let section = window
+        .harness
+        .get_by_role_and_label(Role::DisclosureTriangle, "Camera");
+    section.click();
+    window.harness.run_steps(20); // It unfolds.
+    window.set("Field of view", 120.0);
+    window.done();
+    let rgb = window.snapshot().rgb.clone();
+    let free = rgb.chunks(3).filter(|p| *p != &all[..3]).count();
+    assert!(free > 0 && free < 40 * 30, "{free}");
+    assert!(rgb.chunks(3).all(|p| p == &all[..3] || *p == [68, 1, 84]));
+}
+
+#[test]
+fn lengths_are_those_of_the_pixel_s_paths() {
+    let mut window = Window::open(SCENE);
+    show(&mut window, "path length");
+    window.harness.get_by_label("4 segments");
+    let at = window.at(0.51, 0.51);
+    let told = reading(&mut window, at);
+    let (view, _) = window.harness.state().session().making().expect("a view");
+    let paths = (0..16).map(|sample| view.path([20, 15], sample).0.len());
+    let mean = paths.sum::<usize>() as f32 / 16.0;
+    assert!(mean > 1.5 && mean < 4.0, "{mean}");
+    // As far along the scale as its logarithm.
+    let right = error_color(1e-3 * 1000f32.powf(mean.ln() / 4f32.ln()));
+    let color = color_at(&window, 0.51, 0.51);
+    let off = color.iter().zip(right).map(|(a, b)| a.abs_diff(b)).max();
+    assert!(off <= Some(1), "{color:?} {right:?}");
+    let mean = lightbox::panels::format::short(mean);
+    assert_eq!(told, format!("path length {mean}, the mean of 16"));
+    // With one segment each, all have as many.
+    window.set("Depth", 1.0);
+    window.done();
+    window.wait("short paths", |w| {
+        w.snapshot().rgb.chunks(3).all(|p| *p == [68, 1, 84])
+    });
+    assert_eq!(reading(&mut window, at), "path length 1, the mean of 16");
+}
+
 #[test]
 fn the_difference_is_that_to_the_reference() {
     let mut window = Window::open(SCENE);

@@ -40,6 +40,18 @@ pub fn validate(built: &Built, bounds: &[Aabb]) {
     }
 }
 
+impl Bvh {
+    /// The box of every node and leaf, and how many primitives a leaf has.
+    pub(crate) fn boxes(&self) -> Vec<(Aabb, Option<u32>)> {
+        let mut boxes = Vec::new();
+        self.for_each(|link, bounds, _| {
+            let count = link.inner().is_none().then(|| link.leaf().1);
+            boxes.push((*bounds, count));
+        });
+        boxes
+    }
+}
+
 #[test]
 fn k01_every_small_number_and_empty_boxes() {
     let mut rng = Rng(1);

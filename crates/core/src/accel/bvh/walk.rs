@@ -39,6 +39,9 @@ pub(crate) trait Leaves {
     /// same, the distance of a hit that makes what lies beyond it uninteresting, or −∞ to stop at
     /// once. The first is the ray's.
     fn visit<L: Lanes>(&mut self, first: u32, count: u32, t_max: f32) -> f32;
+    /// Told of each inner node; only those that count listen.
+    #[inline(always)]
+    fn node(&mut self) {}
 }
 
 /// Reads what was pushed.
@@ -83,6 +86,7 @@ impl Bvh {
         let mut height = 0;
         loop {
             if let Some(index) = link.inner() {
+                leaves.node();
                 let node = self.node(index);
                 let planes = Planes::of_children(node, octant);
                 let (enter, exit) = slopes.meet(&planes, L::splat(t_max));

@@ -20,6 +20,21 @@ fn leaf_ids(tree: &KdTree, word: u32, count: u32) -> Vec<u32> {
     }
 }
 
+impl KdTree {
+    /// Every cell, and what is listed in a leaf.
+    pub(crate) fn cells(&self) -> Vec<(Aabb, Option<Vec<u32>>)> {
+        let mut cells = Vec::new();
+        self.for_each_cell(|node, cell, _| {
+            let listed = match node.kind() {
+                Kind::Inner { .. } => None,
+                Kind::Leaf { word, count } => Some(leaf_ids(self, word, count)),
+            };
+            cells.push((*cell, listed));
+        });
+        cells
+    }
+}
+
 /// Hits of rays, as by brute force.
 fn check(tree: KdTree, triangles: &[Triangle], rays: &[Ray]) -> usize {
     test::check(&[Walker::Kd(tree)], triangles, rays)

@@ -26,6 +26,18 @@ impl KdTree {
     /// origin or direction, no direction, or without `t_max > 0` visits nothing.
     #[inline]
     pub fn walk(&self, ray: &Ray, mut visit: impl FnMut(u32, f32) -> f32) {
+        self.walk_with(ray, &mut visit, |_| (), |visit, id, t_max| visit(id, t_max));
+    }
+
+    /// [`KdTree::walk`] with something that both are shown: `node` at each inner node, and `visit`.
+    #[inline(always)]
+    pub(crate) fn walk_with<S>(
+        &self,
+        ray: &Ray,
+        state: &mut S,
+        node: impl Fn(&mut S),
+        visit: impl Fn(&mut S, u32, f32) -> f32,
+    ) {
         let Some(beam) = Beam::met(ray, &self.bounds) else {
             return;
         };
@@ -43,6 +55,7 @@ impl KdTree {
         loop {
             match self.nodes[index as usize].kind() {
                 Kind::Inner { axis, split, below } => {
+                    node(state);
                     let line = &lines[axis];
                     let t = (split - line.origin) * line.inv_dir;
                     let (t_first, t_last) = (t - line.pad, t + line.pad);
@@ -59,10 +72,10 @@ impl KdTree {
                     }
                     continue;
                 }
-                Kind::Leaf { word, count: 1 } => t_max = visit(word, t_max),
+                Kind::Leaf { word, count: 1 } => t_max = visit(state, word, t_max),
                 Kind::Leaf { word, count } => {
                     for &id in &self.ids[word as usize..][..count as usize] {
-                        t_max = visit(id, t_max);
+                        t_max = visit(state, id, t_max);
                         if t_max == f32::NEG_INFINITY {
                             return;
                         }

@@ -151,7 +151,7 @@ impl Engine<'_> {
                 let mut picture = Picture::new(view, self.desc.camera, &self.governor);
                 picture.refer(self.reference.clone());
                 picture.prefer(self.region);
-                self.stale |= taken.is_some() || self.look.aov.is_of_surfaces();
+                self.stale |= taken.is_some() || self.look.aov.needs_no_samples();
                 if let Some(taken) = taken {
                     picture.take_up(taken);
                     let (path, film) = (picture.view.scene.path().to_owned(), &picture.film);

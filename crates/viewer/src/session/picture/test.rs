@@ -180,3 +180,52 @@ fn a_region_comes_first_and_nothing_is_lost() {
         assert!(picture.film.develop() == film.develop());
     });
 }
+
+/// A view that takes long is drawn slice by slice, and no colour of another one stays beside it.
+#[test]
+fn a_view_is_drawn_as_far_as_it_is_known() {
+    on_two_threads(|| {
+        let (go_on, stop) = (AtomicBool::new(false), AtomicBool::new(true));
+        let aov = Aov::all().find(|aov| aov.name() == "path length");
+        let look = Look {
+            aov: aov.expect("a view"),
+            ..LOOK
+        };
+        let (mut picture, mut governor) = picture(1);
+        let mut preview = Vec::new();
+        while picture.has_previews() {
+            preview = picture
+                .preview(&mut governor, &go_on, look)
+                .expect("shown")
+                .rgb;
+        }
+        // The last preview stands where nothing is drawn yet.
+        assert!(picture.redraw(look, &stop).is_none() && !picture.is_drawn());
+        let waits = picture.snapshot(look);
+        assert!(waits.preview == Some(1) && waits.rgb == enlarge(&preview, 2, 64, 64));
+        let to_the_end = |picture: &mut Picture| loop {
+            let drawn = picture.redraw(look, &go_on).expect("shown");
+            assert_eq!(drawn.preview.is_none(), picture.is_drawn());
+            if picture.is_drawn() {
+                return drawn;
+            }
+        };
+        let whole = to_the_end(&mut picture);
+        let all: Vec<usize> = (0..picture.film.tiles()).collect();
+        let scope = picture.scope(look);
+        let painted = paint(look, &scope, &picture.view, &picture.film, &all, &go_on);
+        let mut at_once = vec![0; whole.rgb.len()];
+        put(&mut at_once, 64, painted.expect("not interrupted"));
+        assert!(at_once == whole.rgb);
+
+        let light = picture.slice(&mut governor, &go_on, LOOK).expect("shown");
+        picture.redraw(LOOK, &go_on).expect("shown");
+        assert!(light.rgb != whole.rgb && picture.is_drawn());
+        assert!(picture.redraw(look, &stop).is_none());
+        assert!(picture.snapshot(look).rgb.iter().all(|v| *v == 0));
+        assert!(to_the_end(&mut picture).rgb == whole.rgb);
+        // A region that is wanted first is no reason to do it once more.
+        picture.prefer(Some([0.0, 0.0, 0.1, 1.0]));
+        assert!(picture.is_drawn());
+    });
+}
