@@ -4,7 +4,7 @@
 use glam::{DQuat, Vec3};
 use lightbox_core::scene::CameraDesc;
 
-use crate::orbit::{axes, turned};
+use crate::orbit::{axes, moved, turned};
 
 /// Turns the camera on its eye by angles in radians: `yaw` to the right, `pitch` down. Stops short
 /// of the poles.
@@ -26,11 +26,7 @@ pub fn flown(camera: &CameraDesc, way: Vec3) -> CameraDesc {
     };
     let way = way.as_dvec3();
     let shift = axes.right * way.x + axes.pole * way.y + axes.forward * way.z;
-    CameraDesc {
-        eye: (camera.eye.as_dvec3() + shift).as_vec3(),
-        target: (camera.target.as_dvec3() + shift).as_vec3(),
-        ..*camera
-    }
+    moved(camera, shift)
 }
 
 /// [`turned`] without poles: what is up in the picture turns with it.
@@ -61,13 +57,7 @@ pub fn seen_from(camera: &CameraDesc, direction: Vec3) -> CameraDesc {
 mod tests {
     use super::*;
     use crate::orbit::projected;
-
-    const FRESH: CameraDesc = CameraDesc {
-        eye: Vec3::new(0.0, 0.0, 4.0),
-        target: Vec3::ZERO,
-        up: Vec3::Y,
-        fov: 40.0,
-    };
+    use crate::orbit::tests::FRESH;
 
     #[test]
     fn a_look_to_the_right_and_down_moves_things_left_and_up() {

@@ -9,6 +9,7 @@ use lightbox_core::integrator::replay::Strategy;
 use super::draw::COLORS;
 use super::findings::{Findings, Histogram};
 use super::within;
+use crate::panels::decades::still;
 use crate::panels::format::{counted, percent, short, si};
 
 /// Height of a chart, points.
@@ -61,17 +62,7 @@ fn heading(ui: &mut Ui, text: &str) {
 }
 
 fn plot<'a>(id: &str) -> Plot<'a> {
-    Plot::new(id)
-        .height(HEIGHT)
-        .allow_zoom(false)
-        .allow_drag(false)
-        .allow_scroll(false)
-        .allow_boxed_zoom(false)
-        .allow_double_click_reset(false)
-        .allow_axis_zoom_drag(false)
-        .show_crosshair(false)
-        .label_formatter(|_| None)
-        .y_axis_min_width(40.0)
+    still(id, HEIGHT).y_axis_min_width(40.0)
 }
 
 /// Labels of an axis along decimal logarithms: at powers of ten only.

@@ -8,9 +8,8 @@ const LEAST: f64 = 0.7;
 /// Room beside the curves, as a share of the span: left, right, below and above.
 const ROOM: [f64; 4] = [0.03, 0.13, 0.08, 0.08];
 
-/// A chart of relative errors; `x_text` writes a round number of the other axis. It shows what it
-/// is told to and cannot be moved.
-pub fn plot<'a>(id: &str, height: f32, x_text: impl Fn(f64) -> String + 'a) -> Plot<'a> {
+/// A chart that shows what it is told to and cannot be moved.
+pub fn still<'a>(id: &str, height: f32) -> Plot<'a> {
     Plot::new(id)
         .height(height)
         .allow_zoom(false)
@@ -21,6 +20,11 @@ pub fn plot<'a>(id: &str, height: f32, x_text: impl Fn(f64) -> String + 'a) -> P
         .allow_axis_zoom_drag(false)
         .show_crosshair(false)
         .label_formatter(|_| None)
+}
+
+/// A chart of relative errors; `x_text` writes a round number of the other axis.
+pub fn plot<'a>(id: &str, height: f32, x_text: impl Fn(f64) -> String + 'a) -> Plot<'a> {
+    still(id, height)
         .x_grid_spacer(grid)
         .y_grid_spacer(grid)
         .x_axis_formatter(move |mark, shown| {

@@ -6,7 +6,7 @@ mod budget;
 mod camera;
 mod chart;
 mod color;
-mod decades;
+pub mod decades;
 mod display;
 pub mod format;
 mod help;
