@@ -107,8 +107,13 @@ impl Dialogs {
     /// Asks where to save a file; `extension` is added to a name without one. On a desktop without
     /// dialogs the file goes to the folder that lightbox was started in.
     pub fn save(&mut self, ctx: &egui::Context, name: &str, extension: &'static str) {
+        let title = match extension {
+            "toml" => "Save the scene",
+            "part" => "Save the samples",
+            _ => "Save the picture",
+        };
         let dialog = rfd::FileDialog::new()
-            .set_title("Save the picture")
+            .set_title(title)
             .set_file_name(name)
             .add_filter(extension, &[extension]);
         let without = Answer::Save(free_path(
@@ -166,6 +171,11 @@ impl Dialogs {
             .name("lightbox-dialog".into())
             .spawn(run)
             .is_ok();
+    }
+
+    /// Whether one waits to be answered.
+    pub fn is_open(&self) -> bool {
+        self.is_open
     }
 
     /// The answer, once there is one.

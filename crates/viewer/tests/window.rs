@@ -28,6 +28,10 @@ const BUDGET: (i32, i32) = (1018, 156);
 /// Once the section above is folded.
 const MIRROR_Y: i32 = 617;
 const TEDDY: (i32, i32) = (485, 400);
+const BALL: (i32, i32) = (405, 450);
+/// Answers to what becomes of edits: over the picture, and in the middle of the window.
+const SAVE_FIRST: (i32, i32) = (575, 27);
+const SAVE_AND_QUIT: (i32, i32) = (547, 375);
 
 /// Blocks of one row, within the strip of kept pictures to the right of the first.
 const STRIP: std::ops::Range<usize> = 36 * PICTURE.0 + 31..36 * PICTURE.0 + 37;
@@ -116,9 +120,18 @@ fn a_session_with_mouse_and_keyboard() {
     desktop.key("Escape");
     desktop.wait_until("the autopsy closes", |b| difference(b, &first) < 3.0);
 
-    desktop.key("k");
     // The strip is even where the teddy was: other changes may be noise.
     let even = |b: &[f64]| b[STRIP].iter().all(|v| (v - b[STRIP.start]).abs() < 0.1);
+    // There is something to keep once the first sample is complete.
+    let start = Instant::now();
+    while !even(&desktop.blocks()) {
+        assert!(
+            start.elapsed() < PATIENCE,
+            "waited in vain: K keeps a picture"
+        );
+        desktop.key("k");
+        std::thread::sleep(Duration::from_secs(3));
+    }
     let strip = desktop.wait_until("a kept picture", even);
     desktop.key("shift+b");
     desktop.wait_until("side by side", |b| difference(b, &strip) > 6.0);
@@ -191,6 +204,78 @@ fn a_session_with_mouse_and_keyboard() {
     desktop.xdotool(&["keyup", "ctrl"]);
     let status = desktop.end_of_viewer("the window closes");
     assert!(status.success(), "{status}");
+}
+
+/// Edits are saved first, before another scene is opened and before the end: what becomes of them
+/// is what a file dialog answers, and as long as it answers nothing, all stays as it is.
+#[cfg(unix)]
+#[test]
+fn edits_are_saved_first() {
+    let Some(mut desktop) = Desktop::start() else {
+        return;
+    };
+    let file = |name: &str| desktop.folder.path().join(name);
+    let [mine, kept, last] = ["mine.toml", "kept.toml", "last.toml"].map(file);
+    let scene = include_str!("../../../scenes/glass-sphere.toml");
+    std::fs::write(&mine, scene).expect("a scene");
+    let objects = |path: &Path| {
+        let desc = lightbox_core::scene::load(path).expect("a scene").desc;
+        desc.spheres.len() + desc.quads.len() + desc.meshes.len()
+    };
+    let all = objects(&mine);
+    desktop.open(Some(&mine));
+    desktop.wait_for_title("mine");
+    desktop.wait_until("the scene appears", |b| mean(b) > 20.0);
+    desktop.xdotool(&["search", "--name", "lightbox", "windowfocus"]);
+    let delete = |desktop: &Desktop| {
+        std::thread::sleep(Duration::from_secs(1));
+        desktop.click(BALL);
+        std::thread::sleep(Duration::from_secs(1));
+        desktop.key("Delete");
+    };
+    // Until the question is there to be answered.
+    let answer = |desktop: &Desktop, ask: &dyn Fn(&Desktop)| {
+        let (start, before) = (Instant::now(), desktop.dialogs());
+        while desktop.dialogs() == before {
+            assert!(start.elapsed() < PATIENCE, "waited in vain: a file dialog");
+            ask(desktop);
+            std::thread::sleep(Duration::from_millis(700));
+        }
+        // It has ended too.
+        std::thread::sleep(Duration::from_secs(1));
+    };
+
+    delete(&desktop);
+    desktop.answer_dialogs(None);
+    desktop.click(SCENE_LIST);
+    std::thread::sleep(Duration::from_millis(700));
+    desktop.click(SPHERE_MIRROR);
+    answer(&desktop, &|desktop| desktop.click(SAVE_FIRST));
+    desktop.keep_screenshot("the question stands again");
+    assert!(desktop.title().starts_with("mine"), "{}", desktop.title());
+    desktop.answer_dialogs(Some(&kept));
+    answer(&desktop, &|desktop| desktop.click(SAVE_FIRST));
+    desktop.wait_for_title("sphere-mirror");
+    assert_eq!([objects(&mine), objects(&kept)], [all, all - 1]);
+
+    let all = objects(Path::new("builtin:sphere-mirror.toml"));
+    delete(&desktop);
+    desktop.answer_dialogs(None);
+    let quit = |desktop: &Desktop| {
+        desktop.xdotool(&["keydown", "ctrl"]);
+        desktop.xdotool(&["key", "q"]);
+        desktop.xdotool(&["keyup", "ctrl"]);
+        std::thread::sleep(Duration::from_millis(700));
+        desktop.click(SAVE_AND_QUIT);
+    };
+    answer(&desktop, &quit);
+    let viewer = desktop.viewer.as_mut().expect("the viewer");
+    assert!(viewer.try_wait().expect("its status").is_none(), "it stays");
+    desktop.answer_dialogs(Some(&last));
+    answer(&desktop, &quit);
+    let status = desktop.end_of_viewer("the window closes once the scene is saved");
+    assert!(status.success(), "{status}");
+    assert_eq!(objects(&last), all - 1);
 }
 
 /// Whoever ends the window from outside loses no sample that is kept in a file.

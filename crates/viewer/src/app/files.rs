@@ -52,6 +52,12 @@ impl App {
     }
 
     pub(super) fn ask_where_to_save_scene(&mut self, ctx: &Context, status: &Status) {
+        if self.dialogs.is_open() {
+            // What is to follow would wait for that one, whatever it is about.
+            self.unsaved.not_saved();
+            let text = "a file dialog is open already; answer that first";
+            return self.complain(ctx, text.into());
+        }
         if let Some(scene) = &status.scene {
             let name = format!("{}.toml", scene_name(scene.path()));
             self.dialogs.save(ctx, &name, "toml");

@@ -74,6 +74,10 @@ impl Desktop {
     pub fn open(&mut self, file: Option<&Path>) {
         let work = self.folder.path().join("work");
         std::fs::create_dir_all(&work).expect("a folder");
+        let mut path = vec![self.folder.path().join("bin")];
+        path.extend(std::env::split_paths(
+            &std::env::var_os("PATH").unwrap_or_default(),
+        ));
         let viewer = Command::new(env!("CARGO_BIN_EXE_lightbox"))
             .args(file)
             .current_dir(work)
@@ -81,9 +85,60 @@ impl Desktop {
             .env_remove("WAYLAND_DISPLAY")
             // What another session has left behind is not this test's.
             .env("XDG_DATA_HOME", self.folder.path().join("data"))
+            // No file dialogs but those of `answer_dialogs`.
+            .env_remove("DBUS_SESSION_BUS_ADDRESS")
+            .env("XDG_RUNTIME_DIR", self.folder.path())
+            .env("PATH", std::env::join_paths(path).expect("a path"))
             .env("LIBGL_ALWAYS_SOFTWARE", "1")
             .spawn();
         self.viewer = Some(viewer.expect("the viewer starts"));
+    }
+
+    /// Lets file dialogs end with this file, or be cancelled: `zenity`, which shows them where the
+    /// desktop has nothing better, is a script from now on.
+    #[cfg(unix)]
+    pub fn answer_dialogs(&self, answer: Option<&Path>) {
+        use std::os::unix::fs::PermissionsExt as _;
+        let folder = self.folder.path().join("bin");
+        std::fs::create_dir_all(&folder).expect("a folder");
+        // No person is quicker.
+        let log = self.folder.path().join("asked");
+        let mut script = format!("#!/bin/sh\necho >> '{}'\nsleep 0.3\n", log.display());
+        script += &match answer {
+            Some(path) => format!("echo '{}'\n", path.display()),
+            None => "exit 1\n".into(),
+        };
+        let zenity = folder.join("zenity");
+        std::fs::write(&zenity, script).expect("a script");
+        let mode = std::fs::Permissions::from_mode(0o755);
+        std::fs::set_permissions(&zenity, mode).expect("a program");
+    }
+
+    /// How many file dialogs there were.
+    pub fn dialogs(&self) -> usize {
+        std::fs::read(self.folder.path().join("asked")).map_or(0, |log| log.len())
+    }
+
+    /// The window's title.
+    pub fn title(&self) -> String {
+        let output = Command::new("xdotool")
+            .args(["search", "--name", "lightbox", "getwindowname"])
+            .env("DISPLAY", &self.display)
+            .output();
+        let output = output.expect("xdotool runs");
+        String::from_utf8_lossy(&output.stdout).trim().to_owned()
+    }
+
+    /// Waits until the title begins with the name of a scene.
+    pub fn wait_for_title(&self, name: &str) {
+        let start = Instant::now();
+        while !self.title().starts_with(name) {
+            if start.elapsed() > PATIENCE {
+                self.keep_screenshot("waited in vain for a title");
+                panic!("waited in vain for {name}: {}", self.title());
+            }
+            std::thread::sleep(Duration::from_millis(100));
+        }
     }
 
     /// Whether `xdotool` succeeds.
