@@ -1,7 +1,8 @@
 //! How long the window takes for a frame while it renders at full load: the real window, driven by a
 //! script for a minute that orbits, drags every slider and resizes. What is counted is all the
 //! window's thread does for a frame (layout, gestures, tessellation, uploads and drawing) but for
-//! waiting in the swap of buffers. Then the processor time that a paused and a finished picture take
+//! waiting in the swap of buffers; where the system tells it, also the processor time that the thread
+//! had for a frame, the swap included, which a busy machine changes little. Then the processor time that a paused and a finished picture take
 //! in ten seconds. `cargo bench -p lightbox --bench frames [-- SCENE]`, on a display of 1400×1100.
 
 use std::path::PathBuf;
@@ -45,6 +46,8 @@ fn main() {
             stage: Stage::Opening,
             since: Instant::now(),
             times: Default::default(),
+            busy: Default::default(),
+            before: None,
             held: None,
         }))
     });
@@ -106,6 +109,10 @@ struct Driver {
     since: Instant,
     /// Seconds of each frame, by what was done.
     times: [Vec<f64>; 3],
+    /// Seconds of the processor for each, the swap included.
+    busy: [Vec<f64>; 3],
+    /// What the thread had of the processor when the frame began.
+    before: Option<f64>,
     /// Where the pointer holds something.
     held: Option<Pos2>,
 }
@@ -222,9 +229,11 @@ impl Driver {
         println!(
             "{what:<12}{frames:>8}{median:>9}{most:>9}{worst:>9}  ms of a frame, without the swap"
         );
-        let all = self.times.concat();
+        let [all, busy] = [&self.times, &self.busy].map(|times| times.concat());
         let rows = ["orbiting", "dragging", "resizing"].iter().zip(&self.times);
-        for (name, times) in rows.chain([(&"all", &all)]) {
+        let busy = [(&"processor", &busy)].into_iter();
+        let busy = busy.filter(|(_, times)| !times.is_empty());
+        for (name, times) in rows.chain([(&"all", &all)]).chain(busy) {
             let mut times = times.clone();
             times.sort_by(f64::total_cmp);
             let at = |share: f64| {
@@ -280,6 +289,11 @@ impl eframe::App for Driver {
         if let (Some(i), Some(seconds)) = (place, frame.info().cpu_usage) {
             self.times[i].push(f64::from(seconds));
         }
+        let now = thread_seconds();
+        if let (Some(i), Some(now), Some(before)) = (place, now, self.before) {
+            self.busy[i].push(now - before);
+        }
+        self.before = now;
         self.app.ui(ui, frame);
         let watched = ui.data_mut(|d| d.remove_temp::<bool>(egui::Id::NULL));
         match (self.stage, watched) {
@@ -310,6 +324,12 @@ fn space() -> Event {
         repeat: false,
         modifiers: Modifiers::NONE,
     }
+}
+
+/// Of this thread since its start.
+fn thread_seconds() -> Option<f64> {
+    let stat = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
+    Some(stat.split_whitespace().next()?.parse::<f64>().ok()? * 1e-9)
 }
 
 /// Of all threads since the start.

@@ -8,20 +8,30 @@ use crate::aov::{Aov, Legend, Scope};
 /// Size of the scale's colours, points.
 const SCALE: Vec2 = Vec2::new(120.0, 12.0);
 
+/// Distance from the edge of the picture and from other things, points.
+const GAP: f32 = 6.0;
+
 /// Edge of the square of a colour that stands by itself, points.
 const SWATCH: f32 = 12.0;
 
-/// Shows the legend in the lower right corner of `space`; none for plain light.
-pub fn show(ui: &Ui, space: Rect, aov: Aov, scope: &Scope<'_>) {
+/// Shows the legend in the lower right corner of `space`, or above what is `taken` there; none for
+/// plain light.
+pub fn show(ui: &Ui, space: Rect, taken: Option<Rect>, aov: Aov, scope: &Scope<'_>) {
     if aov == Aov::COLOR {
         return;
     }
     let legend = aov.legend(scope);
-    let area = Area::new(egui::Id::unique("legend"))
+    let id = egui::Id::unique("legend");
+    let mut corner = space.right_bottom() - Vec2::splat(GAP);
+    let width = ui.memory(|m| m.area_rect(id)).map_or(0.0, |r| r.width());
+    if let Some(taken) = taken.filter(|taken| taken.right() + GAP > corner.x - width) {
+        corner.y = taken.top() - GAP;
+    }
+    let area = Area::new(id)
         .order(Order::Background)
         .interactable(false)
         .pivot(egui::Align2::RIGHT_BOTTOM)
-        .fixed_pos(space.right_bottom() - Vec2::splat(6.0));
+        .fixed_pos(corner);
     area.show(ui.ctx(), |ui| {
         let frame = egui::Frame::new()
             .fill(Color32::from_black_alpha(170))

@@ -173,7 +173,8 @@ pub fn tag(ui: &Ui, painter: &Painter, corner: Pos2, text: &str) -> Rect {
     rect
 }
 
-/// What is under the cursor; `told` is what is known of a pixel, and what the view tells of it.
+/// Tells what is under the cursor, and where it does; `told` is what is known of a pixel, and what the
+/// view tells of it.
 pub fn readout(
     ui: &Ui,
     painter: &Painter,
@@ -182,13 +183,10 @@ pub fn readout(
     scene: &Scene,
     model: &Model,
     told: impl FnOnce([u32; 2]) -> (Option<Pixel>, Option<String>),
-) {
-    let Some(pos) = response
+) -> Option<Rect> {
+    let pos = response
         .hover_pos()
-        .filter(|p| rect.contains(*p) && !response.dragged())
-    else {
-        return;
-    };
+        .filter(|p| rect.contains(*p) && !response.dragged())?;
     let at = share(rect, pos);
     let size = [model.desc.render.width, model.desc.render.height];
     let pixel = [0, 1].map(|i| ((at[i] * size[i] as f32) as u32).min(size[i] - 1));
@@ -215,6 +213,7 @@ pub fn readout(
     let rect = tag(ui, painter, painter.clip_rect().left_bottom(), &text);
     let place = ui.interact(rect, ui.scope_id().with("readout"), Sense::hover());
     place.widget_info(|| WidgetInfo::labeled(Role::Label, true, &text));
+    Some(rect)
 }
 
 /// Linear light of a pixel and its standard error.

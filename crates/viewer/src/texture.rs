@@ -1,6 +1,6 @@
 //! A picture on the graphics card.
 
-use egui::{Color32, ColorImage, Painter, Pos2, Rect, TextureHandle, TextureOptions};
+use egui::{Color32, Painter, Pos2, Rect, TextureHandle, TextureOptions};
 
 use crate::session::Snapshot;
 
@@ -39,7 +39,7 @@ impl Texture {
         };
         let is_current = |t: &Shown| (t.number, t.options) == (snapshot.number, options);
         if !self.shown.as_ref().is_some_and(is_current) {
-            let image = ColorImage::from_rgb(snapshot.size, &snapshot.rgb);
+            let image = snapshot.image.clone();
             match &mut self.shown {
                 Some(shown) => {
                     shown.texture.set(image, options);

@@ -149,13 +149,6 @@ impl Viewport {
         } else if self.gestures.is_limited {
             overlay::tag(ui, &painter, space.left_top(), "as far as the camera goes");
         }
-        if snapshot.past.is_none() {
-            let (eye, settings) = (model.desc.camera.eye, &model.desc.render);
-            let size = [settings.width, settings.height];
-            let reference = status.reference.as_deref().filter(|r| r.size() == size);
-            let scope = Scope::new(scene, eye, settings, model.tone, reference);
-            legend::show(ui, space, snapshot.aov, &scope);
-        }
         let told = |pixel| match snapshot.past {
             None => {
                 let view = || Some(session.making()?.0);
@@ -164,7 +157,14 @@ impl Viewport {
             Some(_) => (None, None),
         };
         let painter = ui.painter().with_clip_rect(space);
-        overlay::readout(ui, &painter, &response, rect, scene, model, told);
+        let taken = overlay::readout(ui, &painter, &response, rect, scene, model, told);
+        if snapshot.past.is_none() {
+            let (eye, settings) = (model.desc.camera.eye, &model.desc.render);
+            let size = [settings.width, settings.height];
+            let reference = status.reference.as_deref().filter(|r| r.size() == size);
+            let scope = Scope::new(scene, eye, settings, model.tone, reference);
+            legend::show(ui, space, taken, snapshot.aov, &scope);
+        }
         Some(Seen {
             space: stage,
             rect,

@@ -31,11 +31,7 @@ pub fn traversal_legend() -> Legend {
 pub fn traversal_reading(view: &View, pixel: [u32; 2]) -> String {
     let only = view.traversals(one(pixel)).pop().unwrap_or_default();
     let [nodes, tests] = [only.nodes, only.tests].map(u64::from);
-    format!(
-        "{} visited, {} tested",
-        counted(nodes, "node"),
-        counted(tests, "shape")
-    )
+    format!("{}, {}", counted(nodes, "node"), counted(tests, "shape"))
 }
 
 pub fn path_length(scope: &Scope<'_>, view: &View, rect: TileRect) -> Colors {
@@ -64,7 +60,7 @@ pub fn path_length_legend(scope: &Scope<'_>) -> Legend {
 pub fn path_length_reading(view: &View, pixel: [u32; 2]) -> String {
     let mean = view.path_lengths(one(pixel), PATHS).pop();
     let mean = short(mean.unwrap_or_default());
-    format!("path length {mean}, the mean of {PATHS}")
+    format!("path length {mean}")
 }
 
 fn one([x, y]: [u32; 2]) -> TileRect {

@@ -93,10 +93,12 @@ fn histogram(ui: &mut Ui, histogram: &Histogram) {
         .include_y(0.0)
         .include_y(most.log10() + 0.4)
         .x_axis_formatter(|mark, _| power(mark))
-        .y_axis_formatter(|mark, _| {
+        .y_axis_formatter(|mark, shown| {
             let n = 10f64.powf(mark.value - 0.3);
             let is_power = ((mark.value - 0.3) - (mark.value - 0.3).round()).abs() < 1e-6;
-            if is_power && n > 0.5 {
+            // A label at the upper end would stand in the heading.
+            let end = shown.end() - 0.1 * (shown.end() - shown.start());
+            if is_power && n > 0.5 && mark.value < end {
                 si(n.round())
             } else {
                 String::new()

@@ -254,7 +254,7 @@ impl Picture {
         self.is_shown = true;
         Some(Snapshot {
             size,
-            rgb,
+            image: Snapshot::image(size, &rgb),
             picture: self.size(),
             preview: Some(scale),
             past: None,

@@ -21,8 +21,8 @@ use crate::spent::Spent;
 pub struct Snapshot {
     /// Pixels across and down.
     pub size: [usize; 2],
-    /// sRGB bytes, row by row from the top.
-    pub rgb: Vec<u8>,
+    /// Its pixels, sRGB, as they go to the graphics card: made where there is time for it.
+    pub image: Arc<egui::ColorImage>,
     /// Pixels across and down of the picture that it stands for.
     pub picture: [usize; 2],
     /// Where any of it is a preview: how many pixels of the picture one of the preview's covers,
@@ -34,6 +34,19 @@ pub struct Snapshot {
     pub aov: Aov,
     /// Unlike that of any other snapshot.
     pub number: u64,
+}
+
+impl Snapshot {
+    /// Pixels as they go to the graphics card, from sRGB bytes, row by row from the top.
+    pub(super) fn image(size: [usize; 2], rgb: &[u8]) -> Arc<egui::ColorImage> {
+        Arc::new(egui::ColorImage::from_rgb(size, rgb))
+    }
+
+    /// sRGB bytes, row by row from the top.
+    pub fn rgb(&self) -> Vec<u8> {
+        let pixels = self.image.pixels.iter();
+        pixels.flat_map(|p| [p.r(), p.g(), p.b()]).collect()
+    }
 }
 
 /// What the engine is doing.

@@ -122,7 +122,7 @@ pub fn session(bytes: &[u8]) {
     let shown = tone_mapped(&expected, tone);
     until("the shown picture differs", || {
         let snapshot = session.snapshot();
-        snapshot.is_some_and(|s| s.preview.is_none() && s.rgb == shown)
+        snapshot.is_some_and(|s| s.preview.is_none() && s.rgb() == shown)
     });
 }
 

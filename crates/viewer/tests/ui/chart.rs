@@ -104,7 +104,7 @@ fn the_chart_shows_the_picture_as_it_was_while_rendering_goes_on() {
     window.wait("the picture as it was", |w| past(w).is_some());
     let shown = past(&window).expect("a picture");
     assert_eq!(shown.past.map(|p| p.samples), Some(2));
-    assert!(shown.rgb == at_two.rgb, "not what it was");
+    assert!(shown.rgb() == at_two.rgb(), "not what it was");
     let samples = window.status().samples;
     window.wait("more samples", |w| w.status().samples > samples);
     assert!(past(&window).is_some());
@@ -113,7 +113,7 @@ fn the_chart_shows_the_picture_as_it_was_while_rendering_goes_on() {
     window.wait("a brighter picture", |w| {
         past(w).is_some_and(|p| p.number != shown.number)
     });
-    assert!(past(&window).is_some_and(|p| p.rgb != at_two.rgb));
+    assert!(past(&window).is_some_and(|p| p.rgb() != at_two.rgb()));
     window.harness.hover_at(window.at(0.5, 0.02));
     window.wait("the present", |w| past(w).is_none());
 }

@@ -99,20 +99,20 @@ fn comparing_may_be_asked_for_while_the_picture_is_being_kept() {
 #[test]
 fn the_kept_picture_is_shown_beside_the_present_one() {
     let mut window = Window::open(SCENE);
-    let light = window.snapshot().rgb.clone();
+    let light = window.snapshot().rgb();
     let other = |w: &Window| w.harness.state().session().other();
     keep(&mut window);
     assert!(other(&window).is_none(), "it is not made ready for nobody");
     window.key(Modifiers::NONE, Key::B);
     window.wait("the other", |w| other(w).is_some());
-    assert!(other(&window).is_some_and(|o| o.rgb == light));
+    assert!(other(&window).is_some_and(|o| o.rgb() == light));
     // It follows exposure, not the camera.
     window.set("Exposure", 1.0);
     window.wait("a lighter one", |w| {
-        other(w).is_some_and(|o| o.rgb != light)
+        other(w).is_some_and(|o| o.rgb() != light)
     });
     window.wait("the same", |w| {
-        other(w).is_some_and(|o| o.rgb == w.snapshot().rgb)
+        other(w).is_some_and(|o| o.rgb() == w.snapshot().rgb())
     });
     window.set("Exposure", 0.0);
     let line = |w: &Window| {

@@ -63,7 +63,10 @@ fn a_sphere_is_moved_and_scaled_by_numbers_and_each_is_one_step() {
     steps.push(desc(&window));
     assert_eq!(steps[1].spheres[0].center, Vec3::new(0.75, 0.0, 0.0));
     settled(&mut window);
-    assert!(window.snapshot().rgb != before.rgb, "the picture follows");
+    assert!(
+        window.snapshot().rgb() != before.rgb(),
+        "the picture follows"
+    );
     // The outline goes with it: what is picked there is the ball.
     window.click_at(window.at(0.5 + 0.75 / (2.0 * 4.0 * 0.364 * 4.0 / 3.0), 0.5));
     assert_eq!(selected(&window), Some(ObjectKind::Sphere(0)));

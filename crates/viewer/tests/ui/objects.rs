@@ -26,7 +26,7 @@ fn a_clicked_object_can_be_painted() {
     window.set("Mirror", 1.0);
     window.done();
     assert_eq!(window.status().desc.materials[0].mirror, 1.0);
-    assert!(window.snapshot().rgb != before.rgb);
+    assert!(window.snapshot().rgb() != before.rgb());
     window.set("Mirror", 0.0);
     window.done();
     window
@@ -42,7 +42,7 @@ fn a_clicked_object_can_be_painted() {
     window.done();
     let albedo = window.status().desc.materials[0].albedo;
     assert!(albedo.distance(Vec3::Y) < 0.02, "{albedo}");
-    assert!(window.snapshot().rgb != before.rgb);
+    assert!(window.snapshot().rgb() != before.rgb());
     // Back in the panel, which the list of sliders has covered.
     window.key(Modifiers::NONE, Key::Escape);
 
@@ -126,7 +126,7 @@ fn a_click_beside_everything_selects_nothing() {
 fn a_dark_scene_gets_a_lamp_by_one_click() {
     let dark = SCENE.replace("emission = [5, 5, 5]", "emission = [0, 0, 0]");
     let mut window = Window::open(&dark);
-    assert!(window.snapshot().rgb.iter().all(|v| *v == 0));
+    assert!(window.snapshot().rgb().iter().all(|v| *v == 0));
     assert!(
         window
             .harness
@@ -141,6 +141,6 @@ fn a_dark_scene_gets_a_lamp_by_one_click() {
             .query_by_label("Nothing emits light.")
             .is_none()
     );
-    let sum: u64 = window.snapshot().rgb.iter().map(|v| u64::from(*v)).sum();
+    let sum: u64 = window.snapshot().rgb().iter().map(|v| u64::from(*v)).sum();
     assert!(sum / 3600 > 20, "the picture is dark: {sum}");
 }

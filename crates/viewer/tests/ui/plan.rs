@@ -57,7 +57,7 @@ fn savings_are_measured_on_demand_and_belong_to_their_view() {
     window.harness.run_steps(10);
     assert_eq!(window.snapshot().number, number);
 
-    let before = window.snapshot().rgb.clone();
+    let before = window.snapshot().rgb();
     window
         .harness
         .get_by_role_and_label(Role::CheckBox, "Full model")
@@ -67,7 +67,7 @@ fn savings_are_measured_on_demand_and_belong_to_their_view() {
     assert!(window.status().left_out.is_empty());
     assert!(shows(&window, "saves nothing"));
     assert!(
-        window.snapshot().rgb == before,
+        window.snapshot().rgb() == before,
         "the full model shows another picture"
     );
 }

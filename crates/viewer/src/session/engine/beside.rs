@@ -122,7 +122,7 @@ fn still(image: &Image, look: Look, number: u64, past: Option<Point>) -> Snapsho
     let size = [image.width as usize, image.height as usize];
     Snapshot {
         size,
-        rgb: tone_mapped(image, look.tone),
+        image: Snapshot::image(size, &tone_mapped(image, look.tone)),
         picture: size,
         preview: None,
         past,

@@ -100,7 +100,7 @@ impl Picture {
         let backdrop = self.backdrop.as_ref().map(|(_, scale)| *scale);
         Snapshot {
             size: self.size(),
-            rgb: self.rgb.clone(),
+            image: Snapshot::image(self.size(), &self.rgb),
             picture: self.size(),
             preview: match look.aov.needs_no_samples() {
                 true => (!self.is_drawn()).then_some(1),

@@ -50,16 +50,16 @@ fn a_preview_is_named_until_the_film_covers_the_picture() {
             let snapshot = picture.preview(&mut governor, &go_on, LOOK).expect("shown");
             assert_eq!(snapshot.picture, [64, 64]);
             scales.extend(snapshot.preview);
-            preview = enlarge(&snapshot.rgb, *scales.last().expect("a scale"), 64, 64);
+            preview = enlarge(&snapshot.rgb(), *scales.last().expect("a scale"), 64, 64);
         }
         assert_eq!(scales, [32, 16, 8, 4, 2]);
         // Half of the tiles, with the preview in the corners.
         governor.measured(Duration::from_secs(1), 1);
         let half = picture.slice(&mut governor, &go_on, LOOK).expect("shown");
         assert_eq!((half.preview, half.size), (Some(2), [64, 64]));
-        assert!(half.rgb[..16 * 3] == preview[..16 * 3] && half.rgb != preview);
+        assert!(half.rgb()[..16 * 3] == preview[..16 * 3] && half.rgb() != preview);
         let redrawn = picture.redraw(LOOK, &go_on).expect("shown");
-        assert!(redrawn.rgb == half.rgb && redrawn.preview == Some(2));
+        assert!(redrawn.rgb() == half.rgb() && redrawn.preview == Some(2));
         let mut last = half;
         while !picture.is_done() {
             assert_eq!(last.preview, Some(2));
@@ -93,7 +93,7 @@ fn slices_come_to_the_picture_of_one_render() {
             [picture.film.samples(), picture.film.most_samples()],
             [24; 2]
         );
-        assert!(last.expect("shown").rgb == tone_mapped(&whole.develop(), LOOK.tone));
+        assert!(last.expect("shown").rgb() == tone_mapped(&whole.develop(), LOOK.tone));
         assert_eq!(picture.error(), whole.error());
         assert!(picture.error().is_some());
     });
@@ -197,12 +197,12 @@ fn a_view_is_drawn_as_far_as_it_is_known() {
             preview = picture
                 .preview(&mut governor, &go_on, look)
                 .expect("shown")
-                .rgb;
+                .rgb();
         }
         // The last preview stands where nothing is drawn yet.
         assert!(picture.redraw(look, &stop).is_none() && !picture.is_drawn());
         let waits = picture.snapshot(look);
-        assert!(waits.preview == Some(1) && waits.rgb == enlarge(&preview, 2, 64, 64));
+        assert!(waits.preview == Some(1) && waits.rgb() == enlarge(&preview, 2, 64, 64));
         let to_the_end = |picture: &mut Picture| loop {
             let drawn = picture.redraw(look, &go_on).expect("shown");
             assert_eq!(drawn.preview.is_none(), picture.is_drawn());
@@ -214,16 +214,16 @@ fn a_view_is_drawn_as_far_as_it_is_known() {
         let all: Vec<usize> = (0..picture.film.tiles()).collect();
         let scope = picture.scope(look);
         let painted = paint(look, &scope, &picture.view, &picture.film, &all, &go_on);
-        let mut at_once = vec![0; whole.rgb.len()];
+        let mut at_once = vec![0; whole.rgb().len()];
         put(&mut at_once, 64, painted.expect("not interrupted"));
-        assert!(at_once == whole.rgb);
+        assert!(at_once == whole.rgb());
 
         let light = picture.slice(&mut governor, &go_on, LOOK).expect("shown");
         picture.redraw(LOOK, &go_on).expect("shown");
-        assert!(light.rgb != whole.rgb && picture.is_drawn());
+        assert!(light.rgb() != whole.rgb() && picture.is_drawn());
         assert!(picture.redraw(look, &stop).is_none());
-        assert!(picture.snapshot(look).rgb.iter().all(|v| *v == 0));
-        assert!(to_the_end(&mut picture).rgb == whole.rgb);
+        assert!(picture.snapshot(look).rgb().iter().all(|v| *v == 0));
+        assert!(to_the_end(&mut picture).rgb() == whole.rgb());
         // A region that is wanted first is no reason to do it once more.
         picture.prefer(Some([0.0, 0.0, 0.1, 1.0]));
         assert!(picture.is_drawn());
