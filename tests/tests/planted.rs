@@ -105,6 +105,12 @@ fn agreement_sees_biased_methods() {
             Some(Bug::CausticsCountedTwice),
             Method::Caustics,
         ),
+        ("teddy-mirror", None, Method::Caustics),
+        (
+            "teddy-mirror",
+            Some(Bug::ProbesCountedTwice),
+            Method::Caustics,
+        ),
     ] {
         let naive = light(name, Method::Naive, 1);
         plant(bug);

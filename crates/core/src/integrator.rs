@@ -33,6 +33,7 @@ use crate::bsdf::Bsdf;
 use crate::camera::Camera;
 use crate::film::Followed;
 use crate::geometry::Hit;
+use crate::light::Guide;
 use crate::math::{GROUP, Ray};
 use crate::plan::{Part, Plan};
 use crate::planted::{self, Bug};
@@ -43,6 +44,7 @@ use crate::simd::{Lanes, Task};
 use crate::work::{Stage, Stopwatch};
 use reuse::{Reuse, Surface};
 use vertices::Vertices;
+use vertices::anchors::Anchors;
 
 pub(crate) mod light_paths;
 pub mod replay;
@@ -75,6 +77,8 @@ struct Path {
     direction_pdf: f32,
     /// Where its radiance is added up.
     index: u32,
+    /// Whether it goes by way of mirror and glass only (`vertices::anchors`).
+    is_probe: bool,
 }
 
 /// A ray to a point on a light, and what arrives if nothing stands between.
@@ -115,6 +119,8 @@ pub struct Transport<'a> {
     pub camera: &'a Camera,
     /// How far beyond the border of the picture light still counts in a pixel.
     pub margin: f32,
+    /// Where caustics come from, if there are any.
+    pub(crate) guide: Option<&'a Guide>,
 }
 
 impl Transport<'_> {
@@ -138,6 +144,12 @@ impl Transport<'_> {
         self.aims()
             && !self.scene.mirror_spheres().is_empty()
             && bounce.saturating_add(3) <= self.depth
+    }
+
+    /// Whether paths may drop anchors at a bounce: light may come to these in two segments more.
+    #[inline(always)]
+    fn anchors(&self, bounce: u32) -> bool {
+        self.traces_light() && bounce > 0 && bounce.saturating_add(3) <= self.depth
     }
 }
 
@@ -167,8 +179,13 @@ pub struct Wave {
     /// What paths that are followed further had found within the depth.
     within: Vec<Vec3>,
     /// Of each path, if caustics are traced: [`Transport::light_share`] of its first surface, 0 if
-    /// it did not go on from there diffusely.
+    /// it did not go on from there diffusely; but see [`vertices::anchors`].
     light_shares: Vec<f32>,
+    anchors: Anchors,
+    /// Of each path, if caustics are traced: what light counts that it comes to by mirror and glass
+    /// from its last diffuse surface, as probes find it too.
+    probe_weights: Vec<f32>,
+    probes: Vec<(Path, Ray)>,
     /// Light that the paths have run into, and left to light paths; all channels.
     left: f64,
     vertices: Vertices,
@@ -186,6 +203,7 @@ impl Wave {
             throughput: Vec3::ONE,
             direction_pdf: ONLY,
             index: self.radiance.len() as u32,
+            is_probe: false,
         });
         self.rays.push(ray);
         self.radiance.push(Vec3::ZERO);
@@ -215,6 +233,28 @@ impl Wave {
         self.reuse.end_group(count);
     }
 
+    /// Makes ready for caustics, if they are traced.
+    fn begin_caustics(&mut self, transport: &Transport<'_>) {
+        self.light_shares.clear();
+        if transport.traces_light() {
+            let count = self.radiance.len();
+            self.light_shares.resize(count, 0.0);
+            self.probe_weights.clear();
+            self.probe_weights.resize(count, 1.0);
+            self.anchors.begin(count);
+        }
+    }
+
+    /// The radiance of the paths, in the order in which they were added, W/(m²·sr).
+    pub(crate) fn radiance(&self) -> &[Vec3] {
+        &self.radiance
+    }
+
+    /// What light paths may be joined to, and the radiance of the paths.
+    pub(crate) fn anchors_and_radiance(&mut self) -> (&Anchors, &mut [Vec3]) {
+        (&self.anchors, &mut self.radiance)
+    }
+
     /// Follows all paths to their ends, at most to the depth, and returns the radiance that each
     /// brings back, W/(m²·sr); `rays` counts the rays cast. `None` if `cancel` was set meanwhile.
     ///
@@ -241,10 +281,7 @@ impl Wave {
             }
         };
         self.within.clear();
-        self.light_shares.clear();
-        if transport.traces_light() {
-            self.light_shares.resize(self.radiance.len(), 0.0);
-        }
+        self.begin_caustics(transport);
         self.left = 0.0;
         if transport.method == Method::Reuse && self.reuse.has_groups() {
             self.reuse.begin(self.radiance.len());
@@ -365,6 +402,10 @@ impl Wave {
         self.detours.clear();
         let (aims, detours) = (transport.aims(), transport.detours(bounce));
         let was_detour = bounce > 0 && transport.detours(bounce - 1);
+        let (anchors, had_anchors) = (
+            transport.anchors(bounce),
+            bounce > 0 && transport.anchors(bounce - 1),
+        );
         let mut kept = 0;
         for first in (0..self.paths.len()).step_by(GROUP) {
             self.meet(transport, first, bounce, step == Step::Meet);
@@ -377,12 +418,30 @@ impl Wave {
                 if detours {
                     vertices.aim_by_mirrors(transport, bounce, &mut self.detours);
                 }
+                if anchors {
+                    vertices.anchor(
+                        transport,
+                        bounce,
+                        &self.light_shares,
+                        &self.reuse,
+                        &mut self.anchors,
+                        &mut self.probes,
+                    );
+                }
             }
             if step == Step::Aim {
                 continue;
             }
+            let arriving = &self.rays[first..];
+            if had_anchors {
+                let weights = &mut self.probe_weights;
+                vertices.weigh_against_probes(transport, bounce, &self.anchors, arriving, weights);
+            }
             vertices.scatter(transport, bounce, was_detour);
-            if bounce == 0 && !self.light_shares.is_empty() {
+            if had_anchors {
+                let shares = &mut self.light_shares;
+                vertices.share_from_anchors(bounce, &self.anchors, arriving, shares);
+            } else if bounce == 0 && !self.light_shares.is_empty() {
                 vertices.share_with_light_paths(transport, &mut self.light_shares);
             }
             if self.reuse.is_on() {
@@ -398,6 +457,10 @@ impl Wave {
         }
         self.paths.truncate(kept);
         self.rays.truncate(kept);
+        for (probe, ray) in self.probes.drain(..) {
+            self.paths.push(probe);
+            self.rays.push(ray);
+        }
     }
 
     /// Gathers the vertices of the paths from `first` on, as many as make a group, and adds the
@@ -410,18 +473,21 @@ impl Wave {
         let vertices = &mut self.vertices;
         let is_on = self.reuse.is_on();
         let light_shares = &self.light_shares;
-        let met = |(reuse, radiance): (&mut Reuse, &mut [Vec3]), index: u32, light: Vec3| {
-            if is_on {
+        let met = |(reuse, radiance): (&mut Reuse, &mut [Vec3]), path: &Path, light: Vec3| {
+            let index = path.index as usize;
+            if is_on && !path.is_probe {
                 // Where light paths find it too, what it counts depends on the first surface.
-                let is_own = light_shares.get(index as usize).is_some_and(|s| *s > 0.0);
-                reuse.meets(radiance, index, bounce, light, is_own);
+                let is_own = light_shares.get(index).is_some_and(|s| *s > 0.0);
+                reuse.meets(radiance, path.index, bounce, light, is_own);
             } else {
-                radiance[index as usize] += light;
+                radiance[index] += light;
             }
         };
         vertices.gather(scene, paths, rays, &self.hits[first..end], |path| {
-            let light = path.throughput * scene.background();
-            met((&mut self.reuse, &mut self.radiance), path.index, light);
+            if !path.is_probe {
+                let light = path.throughput * scene.background();
+                met((&mut self.reuse, &mut self.radiance), path, light);
+            }
         });
         for lane in 0..vertices.count {
             let i = vertices.source(lane);
@@ -432,7 +498,13 @@ impl Wave {
             let front = ray.dir.dot(point.n) < 0.0;
             let material = scene.material(hit.prim);
             if front != planted::has(Bug::OneSidedFlagFlipped) && material.emits() {
+                let probe_weight = || self.probe_weights.get(path.index as usize).copied();
                 let weight = match method {
+                    // Light that was aimed at, straight or by way of a mirror sphere, is not theirs.
+                    _ if path.is_probe => {
+                        let pdf = path.direction_pdf;
+                        f32::from(is_only(pdf) && pdf != AIMED_AT)
+                    }
                     Method::Naive => 1.0,
                     Method::Nee if path.direction_pdf == AIMED_AT => 0.0,
                     Method::Nee => f32::from(is_only(path.direction_pdf)),
@@ -443,7 +515,9 @@ impl Wave {
                     }
                     Method::Mis if is_only(path.direction_pdf) => 1.0,
                     // Light paths do not know of lamps in glass.
-                    Method::Caustics | Method::Reuse if path.direction_pdf == THROUGH_GLASS => 1.0,
+                    Method::Caustics | Method::Reuse if path.direction_pdf == THROUGH_GLASS => {
+                        probe_weight().unwrap_or(1.0)
+                    }
                     Method::Caustics | Method::Reuse if path.direction_pdf == ONLY => {
                         match self.light_shares.get(path.index as usize) {
                             Some(share) if *share > 0.0 && bounce < transport.depth => {
@@ -459,7 +533,7 @@ impl Wave {
                                     weight
                                 }
                             }
-                            _ => 1.0,
+                            _ => probe_weight().unwrap_or(1.0),
                         }
                     }
                     Method::Mis | Method::Caustics | Method::Reuse => power_heuristic(
@@ -468,19 +542,22 @@ impl Wave {
                     ),
                 };
                 let light = weight * path.throughput * material.emission;
-                met((&mut self.reuse, &mut self.radiance), path.index, light);
+                met((&mut self.reuse, &mut self.radiance), path, light);
                 if is_last && planted::has(Bug::LastBounceEmissionDoubled) {
-                    met((&mut self.reuse, &mut self.radiance), path.index, light);
+                    met((&mut self.reuse, &mut self.radiance), path, light);
                 }
             }
             if !is_last {
                 let n = if front { point.n } else { -point.n };
                 let bsdf = material.bsdf(|| scene.primitives().uv(hit));
-                if is_on && matches!(bsdf, Bsdf::Diffuse(_)) {
+                if is_on && !path.is_probe && matches!(bsdf, Bsdf::Diffuse(_)) {
                     let second = Surface { point, n };
                     self.reuse.arrives(path.index, bounce, second, hit.prim);
                 }
                 vertices.set_surface(lane, hit.prim, n, front, bsdf);
+                if path.is_probe {
+                    vertices.diffuse.set(lane, Vec3::ZERO);
+                }
             }
         }
     }

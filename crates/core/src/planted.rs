@@ -37,6 +37,8 @@ pub enum Bug {
     DetoursCountedTwice,
     /// Light that light paths find counts fully where camera paths run into it, too.
     CausticsCountedTwice,
+    /// Light that probes find counts fully where camera paths run into it, too.
+    ProbesCountedTwice,
     /// Reused light is shared without the cosine at the surface that it leaves.
     ReusedCosineDropped,
     /// Reused light is shared with what does not see it.

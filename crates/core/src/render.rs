@@ -145,14 +145,19 @@ impl View {
 
     /// What its paths have in common.
     fn transport(&self) -> Transport<'_> {
-        Transport {
+        let mut transport = Transport {
             scene: &self.scene,
             plan: self.plan,
             method: self.settings.method,
             depth: self.settings.depth,
             camera: &self.camera,
             margin: self.filter.radius(),
+            guide: None,
+        };
+        if transport.traces_light() {
+            transport.guide = self.scene.guide(&transport);
         }
+        transport
     }
 
     /// Brings every tile of `film` up to `samples` samples per pixel, on the threads of the current
@@ -272,14 +277,21 @@ impl View {
         }
         watch.lap(Stage::Camera);
         let transport = self.transport();
-        let radiance = wave.trace(&transport, cancel, &mut batch.rays, watch, followed)?;
-        for (place, radiance) in places.iter().zip(radiance) {
-            batch.add(place.pixel, place.sample, place.stratum, *radiance);
-        }
-        watch.lap(Stage::Filter);
+        wave.trace(&transport, cancel, &mut batch.rays, watch, followed)?;
         if transport.traces_light() {
             self.render_light_wave(bench, &transport, cancel)?;
         }
+        let Bench {
+            wave,
+            places,
+            batch,
+            watch,
+            ..
+        } = bench;
+        for (place, radiance) in places.iter().zip(wave.radiance()) {
+            batch.add(place.pixel, place.sample, place.stratum, *radiance);
+        }
+        watch.lap(Stage::Filter);
         Some(bench.places.len() as u64)
     }
 
@@ -291,6 +303,7 @@ impl View {
         cancel: &AtomicBool,
     ) -> Option<()> {
         let Bench {
+            wave,
             light_wave,
             places,
             batch,
@@ -320,7 +333,7 @@ impl View {
             light_wave.push(transport, sampler);
         }
         watch.lap(Stage::Camera);
-        let arrivals = light_wave.trace(transport, cancel, &mut batch.rays, watch)?;
+        let arrivals = light_wave.trace(transport, wave, cancel, &mut batch.rays, watch)?;
         let (radius, size) = (self.filter.radius(), [width, height]);
         for arrival in arrivals {
             let Place { pixel, sample, .. } = places[arrival.index as usize];

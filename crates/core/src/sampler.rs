@@ -28,6 +28,10 @@ pub enum Dim {
     ReflectionPick(u32),
     /// Point on that light.
     ReflectionPoint(u32),
+    /// Which mark of the guide to caustics.
+    GuidePick(u32),
+    /// A direction towards it.
+    GuideDirection(u32),
 }
 
 impl Dim {
@@ -43,6 +47,8 @@ impl Dim {
             // Beyond those of any bounce that comes to pass.
             Self::ReflectionPick(b) => b.wrapping_mul(2).wrapping_add(1 << 31),
             Self::ReflectionPoint(b) => b.wrapping_mul(2).wrapping_add(1 << 31 | 1),
+            Self::GuidePick(b) => b.wrapping_mul(2).wrapping_add(3 << 30),
+            Self::GuideDirection(b) => b.wrapping_mul(2).wrapping_add(3 << 30 | 1),
         }
     }
 }

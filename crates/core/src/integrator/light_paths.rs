@@ -22,14 +22,18 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use glam::Vec3;
 
 use super::vertices::Vertices;
-use super::{AIMED_AT, Path, Transport, is_only, power_heuristic};
+use super::vertices::anchors::Anchors;
+use super::{AIMED_AT, Path, Transport, Wave, is_only, power_heuristic};
 use crate::geometry::{Hit, SurfacePoint};
+use crate::light::Mark;
 use crate::math::{GROUP, Ray};
 use crate::sampler::{Dim, Sampler};
 use crate::simd::{Lanes, Task};
 use crate::work::{Stage, Stopwatch};
 
-/// What is counted as an obstacle between a surface and the camera: everything.
+mod marks;
+
+/// What is not counted as an obstacle between two surfaces, or one and the camera: nothing.
 const NOTHING: u32 = u32::MAX;
 
 /// Light that the camera sees.
@@ -50,6 +54,23 @@ struct Connection {
     arrival: Arrival,
 }
 
+/// Light that an anchor gets, if nothing stands between.
+#[derive(Clone, Copy, Debug)]
+struct Link {
+    ray: Ray,
+    radiance: Vec3,
+    /// Index of its path.
+    index: u32,
+}
+
+/// What light paths are for.
+enum To<'a> {
+    /// To be joined to the camera, and to the anchors of camera paths.
+    Camera(&'a Anchors),
+    /// To leave marks.
+    Marks(&'a mut Vec<Mark>),
+}
+
 /// Light paths that advance together. Its memory is used again from wave to wave.
 #[derive(Debug, Default)]
 pub(crate) struct LightWave {
@@ -60,6 +81,7 @@ pub(crate) struct LightWave {
     /// of the throughput, by which roulette judges a path.
     emissions: Vec<(f32, Vec3)>,
     connections: Vec<Connection>,
+    links: Vec<Link>,
     arrivals: Vec<Arrival>,
     vertices: Vertices,
 }
@@ -131,20 +153,24 @@ impl LightWave {
             throughput: Vec3::ONE,
             direction_pdf,
             index,
+            is_probe: false,
         });
         self.rays.push(Ray::new(from.leave(dir), dir));
     }
 
     /// Follows all paths to their ends, at most as far as the depth allows, and returns what
-    /// arrives at the camera; `rays` counts the rays cast. `None` if `cancel` was set meanwhile.
+    /// arrives at the camera; what arrives at the anchors of the camera paths of the same numbers is
+    /// added to their radiance. `rays` counts the rays cast. `None` if `cancel` was set meanwhile.
     pub fn trace(
         &mut self,
         transport: &Transport<'_>,
+        camera_paths: &mut Wave,
         cancel: &AtomicBool,
         rays: &mut u64,
         watch: &mut Stopwatch,
     ) -> Option<&[Arrival]> {
         let scene = transport.scene;
+        let (anchors, radiance) = camera_paths.anchors_and_radiance();
         // The last segment is the one to the camera.
         for bounce in 0..transport.depth.saturating_sub(1) {
             if self.paths.is_empty() {
@@ -160,9 +186,10 @@ impl LightWave {
                 wave: self,
                 transport,
                 bounce,
+                to: To::Camera(anchors),
             });
             watch.lap(Stage::Shading);
-            *rays += self.connections.len() as u64;
+            *rays += (self.connections.len() + self.links.len()) as u64;
             let (connections, arrivals) = (&self.connections, &mut self.arrivals);
             scene.geometry().occluded_many(
                 connections.len(),
@@ -173,23 +200,39 @@ impl LightWave {
                     }
                 },
             );
+            let links = &self.links;
+            scene.geometry().occluded_many(
+                links.len(),
+                |i| (links[i].ray, NOTHING),
+                |i, shaded| {
+                    if !shaded {
+                        radiance[links[i].index as usize] += links[i].radiance;
+                    }
+                },
+            );
             watch.lap(Stage::ShadowRays);
         }
         Some(&self.arrivals)
     }
 
     #[inline(always)]
-    fn shade_all(&mut self, transport: &Transport<'_>, bounce: u32) {
+    fn shade_all(&mut self, transport: &Transport<'_>, bounce: u32, mut to: To<'_>) {
         let scene = transport.scene;
         // What has left the lamp by way of the outside of one mirror sphere is marked AIMED_AT.
         let by_mirror_sphere = bounce == 0 && !scene.mirror_spheres().is_empty();
-        let is_last = bounce + 2 >= transport.depth;
+        let is_last = matches!(to, To::Camera(_)) && bounce + 2 >= transport.depth;
         self.connections.clear();
+        self.links.clear();
         let mut kept = 0;
         for first in (0..self.paths.len()).step_by(GROUP) {
             self.meet(transport, first);
-            if bounce > 0 {
-                self.connect(transport);
+            match &mut to {
+                To::Camera(anchors) if bounce > 0 => {
+                    self.connect(transport);
+                    self.link(transport, bounce, anchors);
+                }
+                To::Camera(_) => {}
+                To::Marks(marks) => self.mark(first, marks),
             }
             if is_last {
                 continue;
@@ -203,7 +246,7 @@ impl LightWave {
                     1 => pdf > 0.0 && (is_only(pdf) || vertices.arriving_pdf[lane] != AIMED_AT),
                     _ => pdf > 0.0,
                 };
-                if is_ours {
+                if is_ours && (matches!(to, To::Camera(_)) || is_only(pdf)) {
                     self.paths[kept] = vertices.path(lane);
                     self.rays[kept] = vertices.ray(lane);
                     kept += 1;
@@ -270,6 +313,46 @@ impl LightWave {
             });
         }
     }
+
+    /// Joins the diffuse surfaces of the vertices to the anchors of camera paths.
+    #[inline(always)]
+    fn link(&mut self, transport: &Transport<'_>, bounce: u32, anchors: &Anchors) {
+        let vertices = &self.vertices;
+        for lane in 0..vertices.count {
+            let (diffuse, index) = (vertices.diffuse.get(lane), vertices.indices[lane]);
+            if diffuse == Vec3::ZERO || vertices.arriving_pdf[lane] == AIMED_AT {
+                continue;
+            }
+            let (point, n) = (vertices.points.get(lane), vertices.n.get(lane));
+            let (pdf, light) = self.emissions[index as usize];
+            for anchor in anchors.of(index) {
+                let way = anchor.point.p - point.p;
+                let square = way.length_squared();
+                let toward = way / square.sqrt();
+                let (cos, anchor_cos) = (n.dot(toward), -anchor.n.dot(toward));
+                let is_within = anchor.bounce + bounce + 3 <= transport.depth;
+                if !(is_within && cos > 0.0 && anchor_cos > 0.0) {
+                    continue;
+                }
+                let geometry = cos * anchor_cos / square;
+                let shares = anchor.diffuse_share * vertices.diffuse_share[lane];
+                let weight = power_heuristic(pdf, shares * FRAC_1_PI * geometry);
+                let origin = point.leave(toward);
+                let segment = anchor.point.leave(-toward) - origin;
+                let distance = segment.length();
+                let f = anchor.f * diffuse * FRAC_1_PI;
+                self.links.push(Link {
+                    ray: Ray {
+                        origin,
+                        dir: segment / distance,
+                        t_max: distance,
+                    },
+                    radiance: vertices.throughput.get(lane) * f * light * (weight * geometry),
+                    index,
+                });
+            }
+        }
+    }
 }
 
 /// [`LightWave::shade_all`] for a kernel.
@@ -277,6 +360,7 @@ struct Shade<'a, 'b> {
     wave: &'a mut LightWave,
     transport: &'a Transport<'b>,
     bounce: u32,
+    to: To<'a>,
 }
 
 impl Task for Shade<'_, '_> {
@@ -284,6 +368,6 @@ impl Task for Shade<'_, '_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) {
-        self.wave.shade_all(self.transport, self.bounce);
+        self.wave.shade_all(self.transport, self.bounce, self.to);
     }
 }

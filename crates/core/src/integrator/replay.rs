@@ -27,7 +27,7 @@ impl Strategy {
 /// Light that a path has looked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aim {
-    /// The point on a mirror sphere by way of which.
+    /// The point on a mirror or glass by way of which.
     pub by: Option<Vec3>,
     /// The point on the lamp.
     pub to: Vec3,
@@ -52,7 +52,7 @@ pub struct Segment {
     pub throughput: Vec3,
     /// Light of the surface there, or of the background, W/(m²·sr).
     pub met: Vec3,
-    /// Lamps aimed at from there.
+    /// Lamps aimed at from there, and those that probes have found.
     pub aims: Vec<Aim>,
 }
 
@@ -86,12 +86,10 @@ impl Wave {
         mut segments: Option<&mut Vec<Segment>>,
     ) -> Option<&[Vec3]> {
         self.within.clear();
-        self.light_shares.clear();
-        if transport.traces_light() {
-            self.light_shares.resize(self.radiance.len(), 0.0);
-        }
+        self.begin_caustics(transport);
         self.left = 0.0;
         let mut before = self.radiance.clone();
+        let mut sent = Vec::new();
         for bounce in 0..transport.depth {
             if self.paths.is_empty() {
                 break;
@@ -111,11 +109,19 @@ impl Wave {
                 before.clone_from(after);
             };
             transport.scene.intersect_all(&self.rays, &mut self.hits);
-            if let Some(segments) = &mut segments {
+            let is_followed = !self.paths[0].is_probe;
+            if let Some(segments) = &mut segments
+                && is_followed
+            {
                 segments.push(self.segment());
             }
             let had = self.radiance.first().copied();
-            self.shade(transport, bounce, step);
+            match &mut segments {
+                Some(segments) => {
+                    self.shade_and_tell_probes(transport, bounce, step, segments, &mut sent);
+                }
+                None => self.shade(transport, bounce, step),
+            }
             tell(self, Strategy::Met, bounce + 1);
             let free = self.take_shadow_rays(transport);
             tell(self, Strategy::Aimed, bounce + 2);
@@ -126,6 +132,7 @@ impl Wave {
             }
             if let (Some(segments), Some(had), Some(aimed)) = (&mut segments, had, aimed)
                 && let Some(segment) = segments.last_mut()
+                && is_followed
             {
                 self.tell_aims(segment, &free, aimed);
                 let met = |free: &Aim| {
@@ -145,17 +152,63 @@ impl Wave {
     /// lamp or the background, to where it was given up, or to the depth, but no more than `most`.
     pub(crate) fn lengths(&mut self, transport: &Transport<'_>, most: u32) -> Vec<u32> {
         let mut lengths = vec![0; self.radiance.len()];
+        self.begin_caustics(transport);
         for bounce in 0..transport.depth.min(most) {
             if self.paths.is_empty() {
                 break;
             }
-            for path in &self.paths {
+            for path in self.paths.iter().filter(|path| !path.is_probe) {
                 lengths[path.index as usize] += 1;
             }
             transport.scene.intersect_all(&self.rays, &mut self.hits);
             self.shade(transport, bounce, step(transport, bounce));
         }
         lengths
+    }
+
+    /// Shades. Each probe of the only path gets a radiance of its own, and light that it has found is
+    /// told at the end of the segment from which it was `sent`, with where it has come to first.
+    fn shade_and_tell_probes(
+        &mut self,
+        transport: &Transport<'_>,
+        bounce: u32,
+        step: Step,
+        segments: &mut [Segment],
+        sent: &mut Vec<(usize, Option<Vec3>)>,
+    ) {
+        let paths = self.paths.iter().zip(&self.rays).zip(&self.hits);
+        let ends: Vec<(usize, Vec3, u32)> = paths
+            .filter(|((path, _), _)| path.is_probe)
+            .filter_map(|((path, ray), hit)| {
+                hit.map(|hit| (path.index as usize, ray.at(hit.t), hit.prim))
+            })
+            .collect();
+        for (index, end, _) in &ends {
+            sent[index - 1].1.get_or_insert(*end);
+        }
+        self.shade(transport, bounce, step);
+        for (index, to, light) in ends {
+            let (segment, by) = sent[index - 1];
+            let radiance = std::mem::take(&mut self.radiance[index]);
+            if radiance != Vec3::ZERO {
+                segments[segment].aims.push(Aim {
+                    by,
+                    to,
+                    light,
+                    radiance,
+                    is_free: true,
+                });
+            }
+        }
+        for path in self
+            .paths
+            .iter_mut()
+            .filter(|path| path.is_probe && path.index == 0)
+        {
+            sent.push((bounce as usize, None));
+            self.radiance.push(Vec3::ZERO);
+            path.index = sent.len() as u32;
+        }
     }
 
     /// The segment that the first path is on.

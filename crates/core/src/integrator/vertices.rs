@@ -17,6 +17,7 @@ use crate::planted::{self, Bug};
 use crate::sampler::{Dim, Samplers};
 use crate::scene::Scene;
 
+pub(super) mod anchors;
 mod detours;
 
 /// Bounces that every path takes before Russian roulette may end it.
@@ -40,6 +41,7 @@ pub(super) struct Vertices {
     /// Where its radiance is added up.
     pub indices: [u32; GROUP],
     samplers: Samplers,
+    is_probe: [bool; GROUP],
     pub throughput: Vectors,
     /// Away from the surface, to where the path comes from.
     wo: Vectors,
@@ -83,6 +85,7 @@ impl Default for Vertices {
             sources: [0; GROUP],
             indices: [0; GROUP],
             samplers: Samplers::default(),
+            is_probe: [false; GROUP],
             throughput: vectors,
             wo: vectors,
             triangles: [vectors; 3],
@@ -127,6 +130,7 @@ impl Vertices {
         self.sources[lane] = source as u32;
         self.indices[lane] = path.index;
         self.samplers.set(lane, &path.sampler);
+        self.is_probe[lane] = path.is_probe;
         self.throughput.set(lane, path.throughput);
         self.arriving_pdf[lane] = path.direction_pdf;
         self.wo.set(lane, -ray.dir);
@@ -155,6 +159,7 @@ impl Vertices {
         self.clear();
         for (i, hit) in hits.iter().enumerate() {
             match hit {
+                Some(hit) if paths[i].is_probe && !scene.shows_caustics(hit.prim) => {}
                 Some(hit) => {
                     let place = scene.primitives().place(&rays[i], hit);
                     self.push(i, &paths[i], &rays[i], place);
@@ -285,6 +290,7 @@ impl Vertices {
                 let is_within =
                     matches!(bsdf, Bsdf::Glass(_)) && (sample.wi.dot(n) > 0.0) != *front;
                 self.direction_pdf[lane] = match is_specular {
+                    false if self.is_probe[lane] => 0.0,
                     true if is_aimed_at => AIMED_AT,
                     true if is_within => THROUGH_GLASS,
                     true => ONLY,
@@ -384,6 +390,7 @@ impl Vertices {
             throughput: self.throughput.get(lane),
             direction_pdf: self.direction_pdf[lane],
             index: self.indices[lane],
+            is_probe: self.is_probe[lane],
         }
     }
 

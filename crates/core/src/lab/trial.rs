@@ -161,6 +161,7 @@ pub fn path(scene: &Scene, method: Method, ray: Ray, sampler: Sampler) -> (Vec3,
         depth: UNLIMITED,
         camera: &camera,
         margin: 0.0,
+        guide: None,
     };
     let found = wave.trace(&transport, &never, &mut rays, &mut Stopwatch::start(), None);
     (found.map_or(Vec3::NAN, |radiance| radiance[0]), rays)

@@ -8,6 +8,7 @@
 
 mod casters;
 mod cone;
+mod guide;
 mod rectangle;
 mod reflection;
 
@@ -21,6 +22,7 @@ use crate::sampler::{Dim, Samplers};
 use crate::shape::{Quad, Sphere, triangle_area, triangle_normal};
 pub(crate) use casters::Casters;
 use cone::Cone;
+pub(crate) use guide::{Guide, Mark};
 use rectangle::Rectangle;
 pub(crate) use reflection::Reflection;
 

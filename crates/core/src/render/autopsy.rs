@@ -102,12 +102,20 @@ impl View {
 
     /// The camera path of a sample of a pixel, and its radiance as the film gets it, or shares it.
     pub fn path(&self, pixel: [u32; 2], sample: u64) -> (Vec<Segment>, Vec3) {
-        let mut wave = Wave::default();
-        self.begin(&mut wave, pixel, sample);
         let (mut segments, never) = (Vec::new(), AtomicBool::new(false));
-        let radiance = wave.replay(&self.transport(), &never, |_| (), Some(&mut segments));
-        let radiance = radiance.and_then(|r| r.first()).copied();
-        (segments, radiance.unwrap_or_default())
+        let replay = |segments| {
+            let mut wave = Wave::default();
+            self.begin(&mut wave, pixel, sample);
+            let radiance = wave.replay(&self.transport(), &never, |_| (), segments);
+            radiance
+                .and_then(|r| r.first())
+                .copied()
+                .unwrap_or_default()
+        };
+        // What probes find is told apart in the first, and summed in the order of the film in the second.
+        replay(Some(&mut segments));
+        let radiance = replay(None);
+        (segments, radiance)
     }
 
     /// Mean number of segments of the camera paths of the first `samples` samples of each of some

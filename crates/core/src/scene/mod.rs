@@ -15,9 +15,9 @@ mod stage;
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 pub use boulder::boulder;
 pub use builtin::{LAB as BUILTIN_LAB, NAMES as BUILTIN};
@@ -27,8 +27,10 @@ pub use error::{SceneError, SceneWarning};
 pub use load::{Source, load, parse, save};
 
 use crate::accel::Progress;
+use crate::bsdf::Bsdf;
 use crate::geometry::{Geometry, Hit, Primitives, Traversal};
-use crate::light::{Casters, Lights};
+use crate::integrator::Transport;
+use crate::light::{Casters, Guide, Lights};
 use crate::material::Material;
 use crate::math::{Aabb, Ray};
 use crate::settings::{AccelKind, Method};
@@ -122,6 +124,7 @@ pub struct Scene {
     lights: Lights,
     mirror_spheres: Vec<MirrorSphere>,
     casters: Casters,
+    guide: OnceLock<Option<Guide>>,
     census: Census,
     warnings: Vec<SceneWarning>,
 }
@@ -227,6 +230,7 @@ impl Scene {
             lights,
             mirror_spheres: Vec::new(),
             casters: Casters::default(),
+            guide: OnceLock::new(),
             census: Census::default(),
             warnings,
         };
@@ -346,6 +350,19 @@ impl Scene {
     /// What may throw caustics that are not aimed at by way of mirror spheres.
     pub(crate) fn casters(&self) -> &Casters {
         &self.casters
+    }
+
+    /// Where caustics come from, if there are any: found when it is first asked for, in a few
+    /// hundredths of a second, by the scene of the transport, which is this one.
+    pub(crate) fn guide(&self, transport: &Transport<'_>) -> Option<&Guide> {
+        self.guide.get_or_init(|| Guide::of(transport)).as_ref()
+    }
+
+    /// Whether a primitive mirrors, refracts or emits light.
+    #[inline(always)]
+    pub(crate) fn shows_caustics(&self, prim: u32) -> bool {
+        let material = self.material(prim);
+        material.emits() || !matches!(material.bsdf(Vec2::default), Bsdf::Diffuse(_))
     }
 
     /// What it uses.

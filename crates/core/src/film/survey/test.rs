@@ -185,31 +185,38 @@ fn paths_that_are_followed_bring_the_same() {
     ] {
         let scene = shipped(name);
         let view = followed(&scene, Method::Mis, 3);
-        let trace = |followed: Option<&mut Followed>, depth| {
+        let trace = |method, followed: Option<&mut Followed>, depth| {
             let (mut wave, mut rays) = (Wave::default(), 0);
             for i in 0..300u32 {
                 let pixel = [i % 20, i / 20];
                 let sampler = Sampler::new(view.settings.sampler, 1, pixel, 0);
                 wave.push(view.camera.ray(pixel, [0.0; 2]), sampler);
             }
-            let transport = Transport {
+            let mut transport = Transport {
                 scene: &scene,
                 plan: view.plan(),
-                method: Method::Mis,
+                method,
                 depth,
                 camera: &view.camera,
                 margin: 0.5,
+                guide: None,
             };
+            if transport.traces_light() {
+                transport.guide = scene.guide(&transport);
+            }
             let (never, mut watch) = (AtomicBool::new(false), Stopwatch::start());
             let found = wave.trace(&transport, &never, &mut rays, &mut watch, followed);
             (found.expect("not cancelled").to_vec(), rays)
         };
         for depth in [1, 2, 3, 5] {
+            let caustics = trace(Method::Caustics, Some(&mut Followed::default()), depth);
+            let unfollowed = trace(Method::Caustics, None, depth);
+            assert_eq!(caustics, unfollowed, "{name}, {depth}");
             let mut found = Followed::default();
-            let (radiance, rays) = trace(Some(&mut found), depth);
+            let (radiance, rays) = trace(Method::Mis, Some(&mut found), depth);
             assert_eq!(
                 (radiance.clone(), rays),
-                trace(None, depth),
+                trace(Method::Mis, None, depth),
                 "{name}, {depth}"
             );
             // All there is, within and beyond, is what paths without a limit bring; but light by way
@@ -218,7 +225,7 @@ fn paths_that_are_followed_bring_the_same() {
             let sum = |radiance: &[glam::Vec3]| -> f64 {
                 radiance.iter().map(|r| f64::from(r.element_sum())).sum()
             };
-            let (unlimited, _) = trace(None, UNLIMITED);
+            let (unlimited, _) = trace(Method::Mis, None, UNLIMITED);
             let all: f64 = found.by_length.iter().sum();
             assert!(
                 (all / sum(&unlimited) - 1.0).abs() < 1e-6 || !scene.mirror_spheres().is_empty(),
