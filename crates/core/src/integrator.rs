@@ -185,7 +185,6 @@ pub struct Wave {
     /// Of each path, if caustics are traced: what light counts that it comes to by mirror and glass
     /// from its last diffuse surface, as probes find it too.
     probe_weights: Vec<f32>,
-    probes: Vec<(Path, Ray)>,
     /// Light that the paths have run into, and left to light paths; all channels.
     left: f64,
     vertices: Vertices,
@@ -422,10 +421,10 @@ impl Wave {
                     vertices.anchor(
                         transport,
                         bounce,
+                        &self.hits[first..],
                         &self.light_shares,
                         &self.reuse,
                         &mut self.anchors,
-                        &mut self.probes,
                     );
                 }
             }
@@ -457,7 +456,7 @@ impl Wave {
         }
         self.paths.truncate(kept);
         self.rays.truncate(kept);
-        for (probe, ray) in self.probes.drain(..) {
+        for (probe, ray) in self.anchors.probes.drain(..) {
             self.paths.push(probe);
             self.rays.push(ray);
         }

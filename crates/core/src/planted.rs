@@ -39,6 +39,8 @@ pub enum Bug {
     CausticsCountedTwice,
     /// Light that probes find counts fully where camera paths run into it, too.
     ProbesCountedTwice,
+    /// What light paths bring to an anchor may be shaded by the surface that it lies on.
+    AnchorsShadeThemselves,
     /// Reused light is shared without the cosine at the surface that it leaves.
     ReusedCosineDropped,
     /// Reused light is shared with what does not see it.

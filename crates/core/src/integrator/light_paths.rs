@@ -27,6 +27,7 @@ use super::{AIMED_AT, Path, Transport, Wave, is_only, power_heuristic};
 use crate::geometry::{Hit, SurfacePoint};
 use crate::light::Mark;
 use crate::math::{GROUP, Ray};
+use crate::planted::{self, Bug};
 use crate::sampler::{Dim, Sampler};
 use crate::simd::{Lanes, Task};
 use crate::work::{Stage, Stopwatch};
@@ -58,6 +59,8 @@ struct Connection {
 #[derive(Clone, Copy, Debug)]
 struct Link {
     ray: Ray,
+    /// The anchor's primitive, which is not asked.
+    prim: u32,
     radiance: Vec3,
     /// Index of its path.
     index: u32,
@@ -203,7 +206,7 @@ impl LightWave {
             let links = &self.links;
             scene.geometry().occluded_many(
                 links.len(),
-                |i| (links[i].ray, NOTHING),
+                |i| (links[i].ray, links[i].prim),
                 |i, shaded| {
                     if !shaded {
                         radiance[links[i].index as usize] += links[i].radiance;
@@ -346,6 +349,11 @@ impl LightWave {
                         origin,
                         dir: segment / distance,
                         t_max: distance,
+                    },
+                    prim: if planted::has(Bug::AnchorsShadeThemselves) {
+                        NOTHING
+                    } else {
+                        anchor.prim
                     },
                     radiance: vertices.throughput.get(lane) * f * light * (weight * geometry),
                     index,

@@ -216,7 +216,11 @@ mod test {
                     1 => Vec3::new(0.1 * x, 0.0, y),
                     _ => Vec3::new(0.0, x, y),
                 },
-                from: if i % 2 == 0 { from } else { from + Vec3::X },
+                from: if i.is_multiple_of(2) {
+                    from
+                } else {
+                    from + Vec3::X
+                },
                 weight: 0.5 + a,
             }
         };
@@ -271,7 +275,7 @@ mod test {
         let floor = |i: u64| {
             let [x, y] = Sampler::new(SamplerKind::Sobol, 1, [0; 2], 2 * i).get_2d(Dim::Pixel);
             Mark {
-                p: Vec3::new(x, if i % 5 == 0 { 0.4 * y } else { 0.0 }, y),
+                p: Vec3::new(x, if i.is_multiple_of(5) { 0.4 * y } else { 0.0 }, y),
                 from: Vec3::new(x, 0.5, y),
                 weight: 1.0,
             }

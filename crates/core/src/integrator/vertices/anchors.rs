@@ -18,7 +18,7 @@ use std::f32::consts::FRAC_1_PI;
 use glam::Vec3;
 
 use super::Vertices;
-use crate::geometry::SurfacePoint;
+use crate::geometry::{Hit, SurfacePoint};
 use crate::integrator::reuse::Reuse;
 use crate::integrator::{Path, Transport, is_only};
 use crate::math::Ray;
@@ -32,6 +32,8 @@ const NONE: u32 = u32::MAX;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Anchor {
     pub point: SurfacePoint,
+    /// Primitive id.
+    pub prim: u32,
     /// Unit normal on the path's side.
     pub n: Vec3,
     /// Throughput of the path, times f.
@@ -48,6 +50,8 @@ pub(crate) struct Anchors {
     all: Vec<Anchor>,
     /// Of each path, its last, or [`NONE`].
     last: Vec<u32>,
+    /// Sent from them, and not yet on their way.
+    pub(in crate::integrator) probes: Vec<(Path, Ray)>,
 }
 
 impl Anchors {
@@ -81,16 +85,17 @@ impl Anchors {
 
 impl Vertices {
     /// Drops anchors from paths that share no light with light paths so far, where they have come to
-    /// diffuse surfaces by mirror and glass, and sends a probe from each.
+    /// diffuse surfaces by mirror and glass, and sends a probe from each. `hits` are
+    /// what the paths have run into.
     #[inline(always)]
     pub fn anchor(
         &self,
         transport: &Transport<'_>,
         bounce: u32,
+        hits: &[Option<Hit>],
         light_shares: &[f32],
         reuse: &Reuse,
         anchors: &mut Anchors,
-        probes: &mut Vec<(Path, Ray)>,
     ) {
         for lane in 0..self.count {
             let (diffuse, index) = (self.diffuse.get(lane), self.indices[lane]);
@@ -100,11 +105,15 @@ impl Vertices {
             {
                 continue;
             }
+            let Some(Hit { prim, .. }) = hits[self.source(lane)] else {
+                continue;
+            };
             let (point, n) = (self.points.get(lane), self.n.get(lane));
             let diffuse_share = self.diffuse_share[lane];
             let f = reuse.head(index) * self.throughput.get(lane) * diffuse * FRAC_1_PI;
             let anchor = Anchor {
                 point,
+                prim,
                 n,
                 f,
                 diffuse_share,
@@ -138,7 +147,7 @@ impl Vertices {
                 index,
                 is_probe: true,
             };
-            probes.push((probe, Ray::new(origin, dir)));
+            anchors.probes.push((probe, Ray::new(origin, dir)));
         }
     }
 
