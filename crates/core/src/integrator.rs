@@ -13,7 +13,8 @@
 //! | reuse | as caustics | as caustics |
 //!
 //! `caustics` also traces paths from the lights, for light that comes to diffuse surfaces by way of
-//! mirror and glass (`light_paths`); where nothing is specular it is `mis`. `reuse` is `caustics`, and
+//! mirror and glass (`light_paths`), and looks for such light where mirrors and glass show it
+//! (`vertices::anchors`); where nothing is specular it is `mis`. `reuse` is `caustics`, and
 //! paths of a group share what they find (`reuse`). All that aim at lights also aim at them by way of
 //! mirror spheres ([`crate::light`]): the one path from a diffuse surface by the outside of a sphere to
 //! a point on a light is found, not met. Light that a path then runs into that way, diffuse, mirror

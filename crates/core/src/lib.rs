@@ -19,7 +19,8 @@
 //!   position from the [`filter`], a ray from the [`Camera`], a radiance from the
 //!   [`integrator`], and adds it to the tile; a finished tile is merged into the [`Film`]. Where
 //!   something mirrors or refracts, each sample also traces a path from a lamp, and what the
-//!   camera sees of it lands in whatever pixel that is.
+//!   camera sees of it lands in whatever pixel that is, or in its own where the camera sees it in
+//!   a mirror.
 //! - [`Film::develop`] turns sums into an [`Image`], [`color::ToneMap`] an image into what a
 //!   screen shows, [`image_io`] writes files.
 //! - A slice of the samples, rendered on another machine or in another sitting, is kept in a file

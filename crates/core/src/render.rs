@@ -136,7 +136,7 @@ impl View {
     /// An empty film for this view.
     pub fn film(&self) -> Film {
         let film = Film::new(self.settings.width, self.settings.height, &self.filter);
-        if self.transport().traces_light() {
+        if self.unguided().traces_light() {
             film.with_splats()
         } else {
             film
@@ -145,7 +145,16 @@ impl View {
 
     /// What its paths have in common.
     fn transport(&self) -> Transport<'_> {
-        let mut transport = Transport {
+        let mut transport = self.unguided();
+        if transport.traces_light() {
+            transport.guide = self.scene.guide(&transport);
+        }
+        transport
+    }
+
+    /// The same without the guide, which may have to be made.
+    fn unguided(&self) -> Transport<'_> {
+        Transport {
             scene: &self.scene,
             plan: self.plan,
             method: self.settings.method,
@@ -153,11 +162,7 @@ impl View {
             camera: &self.camera,
             margin: self.filter.radius(),
             guide: None,
-        };
-        if transport.traces_light() {
-            transport.guide = self.scene.guide(&transport);
         }
-        transport
     }
 
     /// Brings every tile of `film` up to `samples` samples per pixel, on the threads of the current

@@ -1,6 +1,8 @@
 //! Caustics: light followed from the lamps by way of mirror and glass to what the camera sees
 //! (Arvo 1986, Backward Ray Tracing).
 //!
+//! Where mirrors and glass show such surfaces, light paths are joined to anchors (`vertices::anchors`).
+//!
 //! A light path leaves a lamp towards something specular ([`crate::light`]), goes on by chance as
 //! camera paths do, and at each diffuse surface is joined to the camera, if that sees it. It
 //! counts only light that has left its lamp by way of mirror or glass; the rest is aimed at from
