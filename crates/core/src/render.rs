@@ -286,17 +286,12 @@ impl View {
         if transport.traces_light() {
             self.render_light_wave(bench, &transport, cancel)?;
         }
-        let Bench {
-            wave,
-            places,
-            batch,
-            watch,
-            ..
-        } = bench;
-        for (place, radiance) in places.iter().zip(wave.radiance()) {
-            batch.add(place.pixel, place.sample, place.stratum, *radiance);
+        for (place, radiance) in bench.places.iter().zip(bench.wave.radiance()) {
+            let radiance = *radiance;
+            let batch = &mut bench.batch;
+            batch.add(place.pixel, place.sample, place.stratum, radiance);
         }
-        watch.lap(Stage::Filter);
+        bench.watch.lap(Stage::Filter);
         Some(bench.places.len() as u64)
     }
 

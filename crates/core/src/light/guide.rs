@@ -21,7 +21,7 @@ const LEAF: usize = 32;
 const NEAR: usize = 4;
 
 /// Bounds on half a squared width, seen from a place: below, f32 does not tell directions apart; above,
-/// the distribution is uniform.
+/// a mark is as near as its neighbours and says little.
 const WIDTH: (f32, f32) = (1e-8, 2.0);
 
 /// Where light that came by way of mirror or glass has met a diffuse surface.

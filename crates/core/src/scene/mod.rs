@@ -352,8 +352,8 @@ impl Scene {
         &self.casters
     }
 
-    /// Where caustics come from, if there are any: found when it is first asked for, in a few
-    /// hundredths of a second, by the scene of the transport, which is this one.
+    /// Where caustics come from, if there are any: found when it is first asked for, in some
+    /// milliseconds, by the scene of the transport, which is this one.
     pub(crate) fn guide(&self, transport: &Transport<'_>) -> Option<&Guide> {
         self.guide.get_or_init(|| Guide::of(transport)).as_ref()
     }

@@ -195,7 +195,9 @@ impl Vertices {
                 let from = rays[self.source(lane)].origin;
                 let square = from.distance_squared(self.points.get(lane).p);
                 let cos = self.n.get(lane).dot(self.wo.get(lane));
-                shares[index as usize] = square / (arriving * cos * self.diffuse_share[lane]);
+                // Finite, or it would make no weight of a density of 0.
+                let share = square / (arriving * cos * self.diffuse_share[lane]);
+                shares[index as usize] = share.min(f32::MAX);
             }
         }
     }
