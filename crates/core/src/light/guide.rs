@@ -273,10 +273,23 @@ mod test {
     #[test]
     fn directions_lead_where_light_came_from() {
         let floor = |i: u64| {
-            let [x, y] = Sampler::new(SamplerKind::Sobol, 1, [0; 2], 2 * i).get_2d(Dim::Pixel);
+            let sampler = Sampler::new(SamplerKind::Sobol, 1, [0; 2], 2 * i);
+            let [x, y] = sampler.get_2d(Dim::Pixel);
+            // A fifth floats above the floor, and is lit from the side.
+            let is_floating = i.is_multiple_of(5);
+            let height = if is_floating {
+                0.4 * sampler.get_1d(Dim::Lobe(0))
+            } else {
+                0.0
+            };
+            let from = if is_floating {
+                [x + 1.0, 0.0, y]
+            } else {
+                [x, 0.5, y]
+            };
             Mark {
-                p: Vec3::new(x, if i.is_multiple_of(5) { 0.4 * y } else { 0.0 }, y),
-                from: Vec3::new(x, 0.5, y),
+                p: Vec3::new(x, height, y),
+                from: from.into(),
                 weight: 1.0,
             }
         };

@@ -187,8 +187,9 @@ fn paths_that_are_followed_bring_the_same() {
         let view = followed(&scene, Method::Mis, 3);
         let trace = |method, followed: Option<&mut Followed>, depth| {
             let (mut wave, mut rays) = (Wave::default(), 0);
-            for i in 0..300u32 {
-                let pixel = [i % 20, i / 20];
+            // Enough for some of them to have light by a probe.
+            for i in 0..64 * 32 {
+                let pixel = [i % 64, i / 64];
                 let sampler = Sampler::new(view.settings.sampler, 1, pixel, 0);
                 wave.push(view.camera.ray(pixel, [0.0; 2]), sampler);
             }
@@ -211,7 +212,7 @@ fn paths_that_are_followed_bring_the_same() {
         for depth in [1, 2, 3, 5] {
             let caustics = trace(Method::Caustics, Some(&mut Followed::default()), depth);
             let unfollowed = trace(Method::Caustics, None, depth);
-            assert_eq!(caustics, unfollowed, "{name}, {depth}");
+            assert!(caustics == unfollowed, "{name}, {depth}");
             let mut found = Followed::default();
             let (radiance, rays) = trace(Method::Mis, Some(&mut found), depth);
             assert_eq!(
