@@ -136,6 +136,7 @@ fn caustics_in_a_mirror_are_those_of_the_room() {
         (Some(Bug::ProbesCountedTwice), Method::Caustics),
         (Some(Bug::CausticsCountedTwice), Method::Caustics),
         (Some(Bug::AnchorsShadeThemselves), Method::Caustics),
+        (Some(Bug::BranchesCountedTwice), Method::Caustics),
     ] {
         plant(bug);
         let (found, of_found) = mean(method, 512);

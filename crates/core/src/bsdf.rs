@@ -128,16 +128,10 @@ impl Bsdf {
                 }
             }
             Self::Glass(ior) => {
-                let eta = if front { 1.0 / ior } else { ior };
-                let cos = wo.dot(n).clamp(0.0, 1.0);
-                let (reflectance, cos_t) = fresnel(cos, eta);
-                // Chosen in proportion, so the weight is 1. Paths carry basic radiance L/n²
-                // (Veach 1997), which refraction does not change; camera and lights are in air.
-                if lobe() < reflectance {
-                    specular(reflect(wo, n), Vec3::ONE)
-                } else {
-                    specular(eta * -wo + (eta * cos - cos_t) * n, Vec3::ONE)
-                }
+                let [(reflected, share), (refracted, _)] = through_glass(ior, wo, n, front);
+                // Chosen in proportion, so the weight is 1.
+                let is_reflected = lobe() < share;
+                specular(if is_reflected { reflected } else { refracted }, Vec3::ONE)
             }
         }
     }
@@ -149,6 +143,21 @@ pub(crate) fn diffuse_direction(n: Vec3, u: [f32; 2]) -> (Vec3, f32) {
     let local = warp::cosine_hemisphere(u);
     let wi = Frame::around(n).world_from_local(local).normalize();
     (wi, local.z * std::f32::consts::FRAC_1_PI)
+}
+
+/// The two ways on from glass of some index of refraction, by reflection and by refraction, and the
+/// share of the light that goes each; for the arguments see [`Bsdf::sample`]. Paths carry basic
+/// radiance L/n² (Veach 1997), which refraction does not change; camera and lights are in air.
+#[inline]
+pub(crate) fn through_glass(ior: f32, wo: Vec3, n: Vec3, front: bool) -> [(Vec3, f32); 2] {
+    let eta = if front { 1.0 / ior } else { ior };
+    let cos = wo.dot(n).clamp(0.0, 1.0);
+    let (reflectance, cos_t) = fresnel(cos, eta);
+    let refracted = eta * -wo + (eta * cos - cos_t) * n;
+    [
+        (reflect(wo, n), reflectance),
+        (refracted, 1.0 - reflectance),
+    ]
 }
 
 /// `wo` mirrored about `n`.

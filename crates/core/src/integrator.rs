@@ -13,8 +13,8 @@
 //! | reuse | as caustics | as caustics |
 //!
 //! `caustics` also traces paths from the lights, for light that comes to diffuse surfaces by way of
-//! mirror and glass (`light_paths`), and looks for such light where mirrors and glass show it
-//! (`vertices::anchors`); where nothing is specular it is `mis`. `reuse` is `caustics`, and
+//! mirror and glass (`light_paths`), looks for such light where mirrors and glass show it
+//! (`vertices::anchors`), and goes both ways at glass that the camera sees (`vertices::branches`); where nothing is specular it is `mis`. `reuse` is `caustics`, and
 //! paths of a group share what they find (`reuse`). All that aim at lights also aim at them by way of
 //! mirror spheres ([`crate::light`]): the one path from a diffuse surface by the outside of a sphere to
 //! a point on a light is found, not met. Light that a path then runs into that way, diffuse, mirror
@@ -30,24 +30,24 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::Vec3;
 
-use crate::bsdf::Bsdf;
 use crate::camera::Camera;
 use crate::film::Followed;
 use crate::geometry::Hit;
 use crate::light::Guide;
 use crate::math::{GROUP, Ray};
 use crate::plan::{Part, Plan};
-use crate::planted::{self, Bug};
 use crate::sampler::Sampler;
 use crate::scene::Scene;
 use crate::settings::{Method, UNLIMITED};
 use crate::simd::{Lanes, Task};
 use crate::work::{Stage, Stopwatch};
-use reuse::{Reuse, Surface};
+use caustics::Caustics;
+use reuse::Reuse;
 use vertices::Vertices;
-use vertices::anchors::Anchors;
 
+mod caustics;
 pub(crate) mod light_paths;
+mod meet;
 pub mod replay;
 pub(crate) mod reuse;
 mod vertices;
@@ -179,13 +179,7 @@ pub struct Wave {
     radiance: Vec<Vec3>,
     /// What paths that are followed further had found within the depth.
     within: Vec<Vec3>,
-    /// Of each path, if caustics are traced: [`Transport::light_share`] of its first surface, 0 if
-    /// it did not go on from there diffusely; but see [`vertices::anchors`].
-    light_shares: Vec<f32>,
-    anchors: Anchors,
-    /// Of each path, if caustics are traced: what light counts that it comes to by mirror and glass
-    /// from its last diffuse surface, as probes find it too.
-    probe_weights: Vec<f32>,
+    caustics: Caustics,
     /// Light that the paths have run into, and left to light paths; all channels.
     left: f64,
     vertices: Vertices,
@@ -235,13 +229,9 @@ impl Wave {
 
     /// Makes ready for caustics, if they are traced.
     fn begin_caustics(&mut self, transport: &Transport<'_>) {
-        self.light_shares.clear();
+        self.caustics.clear();
         if transport.traces_light() {
-            let count = self.radiance.len();
-            self.light_shares.resize(count, 0.0);
-            self.probe_weights.clear();
-            self.probe_weights.resize(count, 1.0);
-            self.anchors.begin(count);
+            self.caustics.begin(self.radiance.len());
         }
     }
 
@@ -250,9 +240,9 @@ impl Wave {
         &self.radiance
     }
 
-    /// What light paths may be joined to, and the radiance of the paths.
-    pub(crate) fn anchors_and_radiance(&mut self) -> (&Anchors, &mut [Vec3]) {
-        (&self.anchors, &mut self.radiance)
+    /// What has anchors that light paths may be joined to, and the radiance of the paths.
+    fn caustics_and_radiance(&mut self) -> (&Caustics, &mut [Vec3]) {
+        (&self.caustics, &mut self.radiance)
     }
 
     /// Follows all paths to their ends, at most to the depth, and returns the radiance that each
@@ -352,6 +342,7 @@ impl Wave {
             *rays += self.reuse.share(transport, &mut self.radiance);
             watch.lap(Stage::Reuse);
         }
+        self.caustics.join_branches(&mut self.radiance);
         Some(&self.radiance)
     }
 
@@ -423,9 +414,8 @@ impl Wave {
                         transport,
                         bounce,
                         &self.hits[first..],
-                        &self.light_shares,
                         &self.reuse,
-                        &mut self.anchors,
+                        &mut self.caustics,
                     );
                 }
             }
@@ -433,16 +423,18 @@ impl Wave {
                 continue;
             }
             let arriving = &self.rays[first..];
+            let caustics = &mut self.caustics;
             if had_anchors {
-                let weights = &mut self.probe_weights;
-                vertices.weigh_against_probes(transport, bounce, &self.anchors, arriving, weights);
+                vertices.weigh_against_probes(transport, bounce, arriving, caustics);
             }
             vertices.scatter(transport, bounce, was_detour);
             if had_anchors {
-                let shares = &mut self.light_shares;
-                vertices.share_from_anchors(bounce, &self.anchors, arriving, shares);
-            } else if bounce == 0 && !self.light_shares.is_empty() {
-                vertices.share_with_light_paths(transport, &mut self.light_shares);
+                vertices.share_from_anchors(bounce, arriving, caustics);
+            } else if bounce == 0 && caustics.are_traced() {
+                vertices.share_with_light_paths(transport, caustics);
+            }
+            if caustics.are_traced() {
+                vertices.branch(caustics);
             }
             if self.reuse.is_on() {
                 vertices.offer(&mut self.reuse, bounce);
@@ -457,107 +449,15 @@ impl Wave {
         }
         self.paths.truncate(kept);
         self.rays.truncate(kept);
-        for (probe, ray) in self.anchors.probes.drain(..) {
-            self.paths.push(probe);
+        for (path, ray) in self.caustics.waiting.drain(..) {
+            self.paths.push(path);
             self.rays.push(ray);
         }
-    }
-
-    /// Gathers the vertices of the paths from `first` on, as many as make a group, and adds the
-    /// light that these paths have run into.
-    #[inline(always)]
-    fn meet(&mut self, transport: &Transport<'_>, first: usize, bounce: u32, is_last: bool) {
-        let Transport { scene, method, .. } = *transport;
-        let end = (first + GROUP).min(self.paths.len());
-        let (paths, rays) = (&self.paths[first..end], &self.rays[first..end]);
-        let vertices = &mut self.vertices;
-        let is_on = self.reuse.is_on();
-        let light_shares = &self.light_shares;
-        let met = |(reuse, radiance): (&mut Reuse, &mut [Vec3]), path: &Path, light: Vec3| {
-            let index = path.index as usize;
-            if is_on && !path.is_probe {
-                // Where light paths find it too, what it counts depends on the first surface.
-                let is_own = light_shares.get(index).is_some_and(|s| *s > 0.0);
-                reuse.meets(radiance, path.index, bounce, light, is_own);
-            } else {
-                radiance[index] += light;
-            }
-        };
-        vertices.gather(scene, paths, rays, &self.hits[first..end], |path| {
-            if !path.is_probe {
-                let light = path.throughput * scene.background();
-                met((&mut self.reuse, &mut self.radiance), path, light);
-            }
-        });
-        for lane in 0..vertices.count {
-            let i = vertices.source(lane);
-            let (Some(hit), path, ray) = (&self.hits[first + i], &paths[i], &rays[i]) else {
-                continue;
-            };
-            let point = vertices.points.get(lane);
-            let front = ray.dir.dot(point.n) < 0.0;
-            let material = scene.material(hit.prim);
-            if front != planted::has(Bug::OneSidedFlagFlipped) && material.emits() {
-                let probe_weight = || self.probe_weights.get(path.index as usize).copied();
-                let weight = match method {
-                    // Light that was aimed at, straight or by way of a mirror sphere, is not theirs.
-                    _ if path.is_probe => {
-                        let pdf = path.direction_pdf;
-                        f32::from(is_only(pdf) && pdf != AIMED_AT)
-                    }
-                    Method::Naive => 1.0,
-                    Method::Nee if path.direction_pdf == AIMED_AT => 0.0,
-                    Method::Nee => f32::from(is_only(path.direction_pdf)),
-                    Method::Mis | Method::Caustics | Method::Reuse
-                        if path.direction_pdf == AIMED_AT =>
-                    {
-                        f32::from(planted::has(Bug::DetoursCountedTwice))
-                    }
-                    Method::Mis if is_only(path.direction_pdf) => 1.0,
-                    // Light paths do not know of lamps in glass.
-                    Method::Caustics | Method::Reuse if path.direction_pdf == THROUGH_GLASS => {
-                        probe_weight().unwrap_or(1.0)
-                    }
-                    Method::Caustics | Method::Reuse if path.direction_pdf == ONLY => {
-                        match self.light_shares.get(path.index as usize) {
-                            Some(share) if *share > 0.0 && bounce < transport.depth => {
-                                let more =
-                                    share * transport.emission_pdf(hit.prim, &point, -ray.dir);
-                                let weight = power_heuristic(1.0, more);
-                                let light = path.throughput * material.emission;
-                                let light = self.reuse.head(path.index) * light;
-                                self.left += f64::from((1.0 - weight) * light.element_sum());
-                                if planted::has(Bug::CausticsCountedTwice) {
-                                    1.0
-                                } else {
-                                    weight
-                                }
-                            }
-                            _ => probe_weight().unwrap_or(1.0),
-                        }
-                    }
-                    Method::Mis | Method::Caustics | Method::Reuse => power_heuristic(
-                        path.direction_pdf,
-                        scene.lights().pdf(ray.origin, hit.prim, point.p),
-                    ),
-                };
-                let light = weight * path.throughput * material.emission;
-                met((&mut self.reuse, &mut self.radiance), path, light);
-                if is_last && planted::has(Bug::LastBounceEmissionDoubled) {
-                    met((&mut self.reuse, &mut self.radiance), path, light);
-                }
-            }
-            if !is_last {
-                let n = if front { point.n } else { -point.n };
-                let bsdf = material.bsdf(|| scene.primitives().uv(hit));
-                if is_on && !path.is_probe && matches!(bsdf, Bsdf::Diffuse(_)) {
-                    let second = Surface { point, n };
-                    self.reuse.arrives(path.index, bounce, second, hit.prim);
-                }
-                vertices.set_surface(lane, hit.prim, n, front, bsdf);
-                if path.is_probe {
-                    vertices.diffuse.set(lane, Vec3::ZERO);
-                }
+        if self.caustics.are_traced() {
+            let count = self.caustics.count();
+            self.radiance.resize(count, Vec3::ZERO);
+            if self.reuse.is_on() {
+                self.reuse.extend(count);
             }
         }
     }

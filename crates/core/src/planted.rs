@@ -41,6 +41,8 @@ pub enum Bug {
     ProbesCountedTwice,
     /// What light paths bring to an anchor may be shaded by the surface that it lies on.
     AnchorsShadeThemselves,
+    /// Where a path goes both ways at glass, it keeps all of the light.
+    BranchesCountedTwice,
     /// Reused light is shared without the cosine at the surface that it leaves.
     ReusedCosineDropped,
     /// Reused light is shared with what does not see it.

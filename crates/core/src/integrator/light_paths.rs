@@ -23,8 +23,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::Vec3;
 
+use super::caustics::Caustics;
 use super::vertices::Vertices;
-use super::vertices::anchors::Anchors;
 use super::{AIMED_AT, Path, Transport, Wave, is_only, power_heuristic};
 use crate::geometry::{Hit, SurfacePoint};
 use crate::light::Mark;
@@ -71,7 +71,7 @@ struct Link {
 /// What light paths are for.
 enum To<'a> {
     /// To be joined to the camera, and to the anchors of camera paths.
-    Camera(&'a Anchors),
+    Camera(&'a Caustics),
     /// To leave marks.
     Marks(&'a mut Vec<Mark>),
 }
@@ -175,7 +175,7 @@ impl LightWave {
         watch: &mut Stopwatch,
     ) -> Option<&[Arrival]> {
         let scene = transport.scene;
-        let (anchors, radiance) = camera_paths.anchors_and_radiance();
+        let (caustics, radiance) = camera_paths.caustics_and_radiance();
         // The last segment is the one to the camera.
         for bounce in 0..transport.depth.saturating_sub(1) {
             if self.paths.is_empty() {
@@ -191,7 +191,7 @@ impl LightWave {
                 wave: self,
                 transport,
                 bounce,
-                to: To::Camera(anchors),
+                to: To::Camera(caustics),
             });
             watch.lap(Stage::Shading);
             *rays += (self.connections.len() + self.links.len()) as u64;
@@ -232,9 +232,9 @@ impl LightWave {
         for first in (0..self.paths.len()).step_by(GROUP) {
             self.meet(transport, first);
             match &mut to {
-                To::Camera(anchors) if bounce > 0 => {
+                To::Camera(caustics) if bounce > 0 => {
                     self.connect(transport);
-                    self.link(transport, bounce, anchors);
+                    self.link(transport, bounce, caustics);
                 }
                 To::Camera(_) => {}
                 To::Marks(marks) => self.mark(first, marks),
@@ -321,7 +321,7 @@ impl LightWave {
 
     /// Joins the diffuse surfaces of the vertices to the anchors of camera paths.
     #[inline(always)]
-    fn link(&mut self, transport: &Transport<'_>, bounce: u32, anchors: &Anchors) {
+    fn link(&mut self, transport: &Transport<'_>, bounce: u32, caustics: &Caustics) {
         let vertices = &self.vertices;
         for lane in 0..vertices.count {
             let (diffuse, index) = (vertices.diffuse.get(lane), vertices.indices[lane]);
@@ -330,7 +330,7 @@ impl LightWave {
             }
             let (point, n) = (vertices.points.get(lane), vertices.n.get(lane));
             let (pdf, light) = self.emissions[index as usize];
-            for anchor in anchors.of(index) {
+            for anchor in caustics.anchors_of(index) {
                 let way = anchor.point.p - point.p;
                 let square = way.length_squared();
                 let toward = way / square.sqrt();

@@ -111,6 +111,13 @@ impl Reuse {
 
     /// Makes ready for the paths of all groups.
     pub fn begin(&mut self, count: usize) {
+        self.heads.clear();
+        self.later.clear();
+        self.extend(count);
+    }
+
+    /// Makes ready for so many paths in all; those after all groups take from none and give to none.
+    pub fn extend(&mut self, count: usize) {
         const NOWHERE: Surface = Surface {
             point: SurfacePoint {
                 p: Vec3::ZERO,
@@ -120,9 +127,7 @@ impl Reuse {
             n: Vec3::ZERO,
         };
         self.bonds.resize(count, Bond::None);
-        self.heads.clear();
         self.heads.resize(count, Vec3::ONE);
-        self.later.clear();
         self.later.resize(count, Vec3::ZERO);
         // Those of the wave before stay where they are not overwritten: no bond leads to them.
         let nowhere = Joint {
@@ -180,7 +185,9 @@ impl Reuse {
         is_own: bool,
     ) {
         let i = index as usize;
-        if is_own || self.since(i, bounce) < 2 {
+        if !self.is_on() {
+            radiance[i] += light;
+        } else if is_own || self.since(i, bounce) < 2 {
             radiance[i] += self.heads[i] * light;
         } else {
             self.later[i] += light;
@@ -240,6 +247,9 @@ impl Reuse {
                 self.connections.clear();
                 self.shares.clear();
             }
+        }
+        for (i, later) in self.later.iter().enumerate().skip(begin) {
+            radiance[i] += self.heads[i] * *later;
         }
         self.ends = ends;
         rays

@@ -6,6 +6,7 @@ use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
 
+use super::caustics::Caustics;
 use super::reuse::{Reuse, Surface};
 use super::{AIMED_AT, ONLY, Path, ShadowRay, THROUGH_GLASS, Transport, is_only, power_heuristic};
 use crate::bsdf::{Bsdf, diffuse_direction};
@@ -17,7 +18,8 @@ use crate::planted::{self, Bug};
 use crate::sampler::{Dim, Samplers};
 use crate::scene::Scene;
 
-pub(super) mod anchors;
+mod anchors;
+mod branches;
 mod detours;
 
 /// Bounces that every path takes before Russian roulette may end it.
@@ -323,7 +325,8 @@ impl Vertices {
 
     /// Sets the shares of paths that go on diffusely from their first surfaces.
     #[inline(always)]
-    pub fn share_with_light_paths(&self, transport: &Transport<'_>, shares: &mut [f32]) {
+    pub fn share_with_light_paths(&self, transport: &Transport<'_>, caustics: &mut Caustics) {
+        let shares = &mut caustics.light_shares;
         for lane in 0..self.count {
             let pdf = self.direction_pdf[lane];
             if pdf > 0.0 && !is_only(pdf) {

@@ -12,7 +12,7 @@ use super::{View, WAVE};
 use crate::color::luminance;
 use crate::film::TileRect;
 use crate::integrator::Wave;
-use crate::integrator::replay::{Found, Segment, Strategy};
+use crate::integrator::replay::{Found, Segment, Strategy, Tale};
 use crate::sampler::{Dim, Sampler};
 
 /// Numbers of segments that are told apart; the last stands for all above it too.
@@ -100,25 +100,26 @@ impl View {
         Some(autopsy)
     }
 
-    /// The camera path of a sample of a pixel, and its radiance as the film gets it, or shares it.
+    /// The camera path of a sample of a pixel, then its branches, and its radiance as the film gets it,
+    /// or shares it.
     pub fn path(&self, pixel: [u32; 2], sample: u64) -> (Vec<Segment>, Vec3) {
-        let (mut segments, never) = (Vec::new(), AtomicBool::new(false));
-        let replay = |segments| {
+        let (mut tale, never) = (Tale::default(), AtomicBool::new(false));
+        let replay = |tale| {
             let mut wave = Wave::default();
             self.begin(&mut wave, pixel, sample);
-            let radiance = wave.replay(&self.transport(), &never, |_| (), segments);
+            let radiance = wave.replay(&self.transport(), &never, |_| (), tale);
             radiance
                 .and_then(|r| r.first())
                 .copied()
                 .unwrap_or_default()
         };
         // What probes find is told apart in the first, and summed in the order of the film in the second.
-        replay(Some(&mut segments));
+        replay(Some(&mut tale));
         let radiance = replay(None);
-        (segments, radiance)
+        (tale.into_segments(), radiance)
     }
 
-    /// Mean number of segments of the camera paths of the first `samples` samples of each of some
+    /// Mean number of segments of the camera paths, with their branches, of the first `samples` samples of each of some
     /// pixels, row by row; of each path counted up to [`LENGTHS`].
     pub fn path_lengths(&self, rect: TileRect, samples: u32) -> Vec<f32> {
         let samples = samples.max(1);
@@ -291,18 +292,26 @@ mod tests {
 
     #[test]
     fn a_path_leads_from_the_eye_from_surface_to_surface() {
-        let mut detours = 0;
+        let (mut detours, mut branches) = (0, 0);
         for view in views() {
             for sample in 0..32 {
                 let (segments, radiance) = view.path([12, 12], sample);
                 let autopsy = view.autopsy([12, 12], sample..sample + 1, &AtomicBool::new(false));
                 assert_eq!(autopsy.expect("not cancelled").radiances, [radiance]);
-                assert!((1..=view.settings.depth as usize).contains(&segments.len()));
+                let most = segments.iter().map(|segment| segment.number).max();
+                assert!((1..=view.settings.depth).contains(&most.expect("a segment")));
                 assert_eq!(segments[0].from, view.camera.eye());
                 assert_eq!(segments[0].throughput, Vec3::ONE);
-                for pair in segments.windows(2) {
-                    let (end, _) = pair[0].end.expect("a path that goes on is on a surface");
-                    assert!(end.distance(pair[1].from) <= 1e-4 * end.length().max(1.0));
+                for (i, segment) in segments.iter().enumerate().skip(1) {
+                    // The one before, or of a branch any that it may have left.
+                    let goes_on = segment.number == segments[i - 1].number + 1;
+                    let mut before = segments[if goes_on { i - 1 } else { 0 }..i].iter();
+                    branches += u32::from(!goes_on);
+                    assert!(before.any(|before| {
+                        let (end, _) = before.end.unwrap_or((Vec3::INFINITY, 0));
+                        segment.number == before.number + 1
+                            && end.distance(segment.from) <= 1e-4 * end.length().max(1.0)
+                    }));
                 }
                 let mut sum = Vec3::ZERO;
                 for segment in &segments {
@@ -317,6 +326,6 @@ mod tests {
                 );
             }
         }
-        assert!(detours > 100, "{detours}");
+        assert!(detours > 100 && branches > 30, "{detours} {branches}");
     }
 }

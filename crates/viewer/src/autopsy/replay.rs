@@ -88,11 +88,16 @@ impl Replay {
             count(path.sample),
             rgb(path.radiance)
         ));
-        for (i, segment) in path.segments.iter().enumerate().take(step) {
-            line(ui, scene, i + 1, segment);
+        let mut before = 0;
+        for segment in path.segments.iter().take(step) {
+            if segment.number != before + 1 {
+                ui.weak(format!("The other way from {}.:", segment.number - 1));
+            }
+            line(ui, scene, segment);
+            before = segment.number;
         }
         if step == last {
-            ui.weak(ending(path, last, scene.desc().render.depth));
+            ui.weak(ending(path, scene.desc().render.depth));
         }
     }
 }
@@ -102,7 +107,8 @@ fn rgb(v: Vec3) -> String {
 }
 
 /// Where a segment ends, and what was found there.
-fn line(ui: &mut Ui, scene: &Scene, number: usize, segment: &Segment) {
+fn line(ui: &mut Ui, scene: &Scene, segment: &Segment) {
+    let number = segment.number;
     let place = match segment.end {
         Some((end, prim)) => format!(
             "{number}. {}, {} after {}; carries {}",
@@ -139,10 +145,10 @@ fn line(ui: &mut Ui, scene: &Scene, number: usize, segment: &Segment) {
 }
 
 /// Why a path does not go on.
-fn ending(path: &Path, segments: usize, depth: u32) -> &'static str {
+fn ending(path: &Path, depth: u32) -> &'static str {
     match path.segments.last() {
         Some(segment) if segment.end.is_none() => "It has left the scene.",
-        _ if segments as u64 >= u64::from(depth) => "It has come to the depth of paths.",
+        Some(segment) if segment.number >= depth => "It has come to the depth of paths.",
         _ => "It ends here: absorbed, or by Russian roulette.",
     }
 }

@@ -18,70 +18,13 @@ use std::f32::consts::FRAC_1_PI;
 use glam::Vec3;
 
 use super::Vertices;
-use crate::geometry::{Hit, SurfacePoint};
+use crate::geometry::Hit;
+use crate::integrator::caustics::{Anchor, Caustics};
 use crate::integrator::reuse::Reuse;
 use crate::integrator::{Path, Transport, is_only};
 use crate::math::Ray;
 use crate::planted::{self, Bug};
 use crate::sampler::Dim;
-
-/// No anchor.
-const NONE: u32 = u32::MAX;
-
-/// A diffuse surface that a camera path has come to by way of mirror and glass.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Anchor {
-    pub point: SurfacePoint,
-    /// Primitive id.
-    pub prim: u32,
-    /// Unit normal on the path's side.
-    pub n: Vec3,
-    /// Throughput of the path, times f.
-    pub f: Vec3,
-    pub diffuse_share: f32,
-    pub bounce: u32,
-    /// The one before of the same path, or [`NONE`].
-    before: u32,
-}
-
-/// The anchors of the paths of a wave.
-#[derive(Debug, Default)]
-pub(crate) struct Anchors {
-    all: Vec<Anchor>,
-    /// Of each path, its last, or [`NONE`].
-    last: Vec<u32>,
-    /// Sent from them, and not yet on their way.
-    pub(in crate::integrator) probes: Vec<(Path, Ray)>,
-}
-
-impl Anchors {
-    /// Makes ready for a number of paths.
-    pub fn begin(&mut self, paths: usize) {
-        self.all.clear();
-        self.last.clear();
-        self.last.resize(paths, NONE);
-    }
-
-    /// Those of a path, the last first.
-    #[inline(always)]
-    pub fn of(&self, path: u32) -> impl Iterator<Item = &Anchor> {
-        let at = |i: &u32| self.all.get(*i as usize);
-        let last = self.last.get(path as usize).and_then(at);
-        std::iter::successors(last, move |anchor| at(&anchor.before))
-    }
-
-    /// Whether a path has dropped an anchor at a bounce or later.
-    #[inline(always)]
-    fn is_since(&self, path: u32, bounce: u32) -> bool {
-        self.of(path).next().is_some_and(|a| a.bounce >= bounce)
-    }
-
-    fn push(&mut self, path: u32, mut anchor: Anchor) {
-        let last = &mut self.last[path as usize];
-        anchor.before = std::mem::replace(last, self.all.len() as u32);
-        self.all.push(anchor);
-    }
-}
 
 impl Vertices {
     /// Drops anchors from paths that share no light with light paths so far, where they have come to
@@ -93,14 +36,13 @@ impl Vertices {
         transport: &Transport<'_>,
         bounce: u32,
         hits: &[Option<Hit>],
-        light_shares: &[f32],
         reuse: &Reuse,
-        anchors: &mut Anchors,
+        caustics: &mut Caustics,
     ) {
         for lane in 0..self.count {
             let (diffuse, index) = (self.diffuse.get(lane), self.indices[lane]);
             if diffuse == Vec3::ZERO
-                || light_shares[index as usize] > 0.0
+                || caustics.light_shares[index as usize] > 0.0
                 || !is_only(self.arriving_pdf[lane])
             {
                 continue;
@@ -118,9 +60,8 @@ impl Vertices {
                 f,
                 diffuse_share,
                 bounce,
-                before: NONE,
             };
-            anchors.push(index, anchor);
+            caustics.anchor(index, anchor);
             let Some(guide) = transport.guide else {
                 continue;
             };
@@ -147,7 +88,7 @@ impl Vertices {
                 index,
                 is_probe: true,
             };
-            anchors.probes.push((probe, Ray::new(origin, dir)));
+            caustics.waiting.push((probe, Ray::new(origin, dir)));
         }
     }
 
@@ -158,17 +99,16 @@ impl Vertices {
         &self,
         transport: &Transport<'_>,
         bounce: u32,
-        anchors: &Anchors,
         rays: &[Ray],
-        weights: &mut [f32],
+        caustics: &mut Caustics,
     ) {
         for (lane, ..) in &self.others {
             let (pdf, index) = (self.arriving_pdf[*lane], self.indices[*lane]);
             if is_only(pdf) || self.is_probe[*lane] {
                 continue;
             }
-            weights[index as usize] = match transport.guide {
-                Some(guide) if anchors.is_since(index, bounce - 1) => {
+            caustics.probe_weights[index as usize] = match transport.guide {
+                Some(guide) if caustics.is_anchored_since(index, bounce - 1) => {
                     let ray = &rays[self.source(*lane)];
                     pdf / (pdf + guide.pdf(ray.origin, ray.dir))
                 }
@@ -180,24 +120,19 @@ impl Vertices {
     /// Sets the shares of paths that go on diffusely from a surface that they have come to straight
     /// from an anchor, on `rays`.
     #[inline(always)]
-    pub fn share_from_anchors(
-        &self,
-        bounce: u32,
-        anchors: &Anchors,
-        rays: &[Ray],
-        shares: &mut [f32],
-    ) {
+    pub fn share_from_anchors(&self, bounce: u32, rays: &[Ray], caustics: &mut Caustics) {
         for lane in 0..self.count {
             let (pdf, arriving) = (self.direction_pdf[lane], self.arriving_pdf[lane]);
             let index = self.indices[lane];
             let is_diffuse = pdf > 0.0 && !is_only(pdf) && !is_only(arriving);
-            if is_diffuse && shares[index as usize] == 0.0 && anchors.is_since(index, bounce - 1) {
+            let is_first = caustics.light_shares[index as usize] == 0.0;
+            if is_diffuse && is_first && caustics.is_anchored_since(index, bounce - 1) {
                 let from = rays[self.source(lane)].origin;
                 let square = from.distance_squared(self.points.get(lane).p);
                 let cos = self.n.get(lane).dot(self.wo.get(lane));
                 // Finite, or it would make no weight of a density of 0.
                 let share = square / (arriving * cos * self.diffuse_share[lane]);
-                shares[index as usize] = share.min(f32::MAX);
+                caustics.light_shares[index as usize] = share.min(f32::MAX);
             }
         }
     }

@@ -1,0 +1,140 @@
+//! What camera paths keep for the sake of caustics.
+
+use glam::Vec3;
+
+use super::Path;
+use crate::geometry::SurfacePoint;
+use crate::math::Ray;
+
+/// No anchor.
+const NONE: u32 = u32::MAX;
+
+/// A diffuse surface that a camera path has come to by way of mirror and glass.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Anchor {
+    pub point: SurfacePoint,
+    /// Primitive id.
+    pub prim: u32,
+    /// Unit normal on the path's side.
+    pub n: Vec3,
+    /// Throughput of the path, times f.
+    pub f: Vec3,
+    pub diffuse_share: f32,
+    pub bounce: u32,
+}
+
+/// What the paths of a wave keep, if caustics are traced; empty if they are not. Their branches
+/// (`vertices::branches`) are numbered after all paths.
+#[derive(Debug, Default)]
+pub(super) struct Caustics {
+    /// Of each path and branch: [`Transport::light_share`](super::Transport::light_share) of its first
+    /// surface, 0 if it did not go on from there diffusely; but see `vertices::anchors`.
+    pub light_shares: Vec<f32>,
+    /// Of each: what light counts that it comes to by mirror and glass from its last diffuse
+    /// surface, as probes find it too.
+    pub probe_weights: Vec<f32>,
+    /// Of each: the bounce at its own last anchor, or [`NONE`].
+    anchored: Vec<u32>,
+    /// Of each branch, the path.
+    owners: Vec<u32>,
+    /// All anchors, and for each the one of the same path before, or [`NONE`].
+    anchors: Vec<(Anchor, u32)>,
+    /// Of each path, the last anchor, its branches' included, or [`NONE`].
+    last: Vec<u32>,
+    /// Probes and branches that are not on their way yet.
+    pub waiting: Vec<(Path, Ray)>,
+}
+
+impl Caustics {
+    /// Forgets all.
+    pub fn clear(&mut self) {
+        self.light_shares.clear();
+        self.probe_weights.clear();
+        self.anchored.clear();
+        self.owners.clear();
+        self.anchors.clear();
+        self.last.clear();
+        self.waiting.clear();
+    }
+
+    /// Makes ready for a number of paths.
+    pub fn begin(&mut self, paths: usize) {
+        self.clear();
+        self.last.resize(paths, NONE);
+        self.resize(paths);
+    }
+
+    fn resize(&mut self, count: usize) {
+        self.light_shares.resize(count, 0.0);
+        self.probe_weights.resize(count, 1.0);
+        self.anchored.resize(count, NONE);
+    }
+
+    /// Whether caustics are traced.
+    #[inline(always)]
+    pub fn are_traced(&self) -> bool {
+        !self.light_shares.is_empty()
+    }
+
+    /// Number of paths and branches.
+    pub fn count(&self) -> usize {
+        self.light_shares.len()
+    }
+
+    /// The number of a new branch of a path or branch.
+    pub fn branch_off(&mut self, index: u32) -> u32 {
+        let branch = self.count();
+        self.owners.push(self.owner(index));
+        self.resize(branch + 1);
+        branch as u32
+    }
+
+    /// The path of a path or branch.
+    #[inline(always)]
+    pub fn owner(&self, index: u32) -> u32 {
+        let branch = (index as usize).checked_sub(self.last.len());
+        let owner = branch.and_then(|branch| self.owners.get(branch));
+        owner.copied().unwrap_or(index)
+    }
+
+    /// Adds what branches have found to their paths; `radiance` keeps those only.
+    pub fn join_branches(&self, radiance: &mut Vec<Vec3>) {
+        if self.owners.is_empty() {
+            return;
+        }
+        let branches = radiance.split_off(self.last.len());
+        for (owner, found) in self.owners.iter().zip(branches) {
+            radiance[*owner as usize] += found;
+        }
+    }
+
+    /// Adds an anchor of a path or branch.
+    pub fn anchor(&mut self, index: u32, anchor: Anchor) {
+        self.anchored[index as usize] = anchor.bounce;
+        let owner = self.owner(index) as usize;
+        let before = std::mem::replace(&mut self.last[owner], self.anchors.len() as u32);
+        self.anchors.push((anchor, before));
+    }
+
+    /// The anchors of a path and its branches, the last first.
+    #[inline(always)]
+    pub fn anchors_of(&self, path: u32) -> impl Iterator<Item = &Anchor> {
+        let at = |i: &u32| self.anchors.get(*i as usize);
+        let last = self.last.get(path as usize).and_then(at);
+        std::iter::successors(last, move |(_, before)| at(before)).map(|(anchor, _)| anchor)
+    }
+
+    /// Whether a path or branch has dropped an anchor at a bounce or later.
+    #[inline(always)]
+    pub fn is_anchored_since(&self, index: u32, bounce: u32) -> bool {
+        let last = self.anchored[index as usize];
+        last != NONE && last >= bounce
+    }
+
+    /// Whether a path or branch has met nothing diffuse from which it may find a caustic.
+    #[inline(always)]
+    pub fn is_untouched(&self, index: u32) -> bool {
+        let i = index as usize;
+        self.anchored[i] == NONE && self.light_shares[i] == 0.0
+    }
+}

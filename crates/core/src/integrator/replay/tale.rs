@@ -1,0 +1,171 @@
+//! What became of one path, segment by segment.
+
+use glam::Vec3;
+
+use crate::integrator::Wave;
+use crate::math::Ray;
+
+/// Light that a path has looked for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Aim {
+    /// The point on a mirror or glass by way of which.
+    pub by: Option<Vec3>,
+    /// The point on the lamp.
+    pub to: Vec3,
+    /// Primitive id of the lamp.
+    pub light: u32,
+    /// What the camera gets of it if nothing stands between, W/(m²·sr).
+    pub radiance: Vec3,
+    /// Whether nothing does.
+    pub is_free: bool,
+}
+
+/// A segment of a path or of one of its branches, and what was found at its end.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Segment {
+    /// How many there are from the camera to its end.
+    pub number: u32,
+    /// Where it starts.
+    pub from: Vec3,
+    /// Unit direction.
+    pub dir: Vec3,
+    /// Where it ends, and on which primitive; `None` if it leaves the scene.
+    pub end: Option<(Vec3, u32)>,
+    /// The share of what is found at its end that the camera gets.
+    pub throughput: Vec3,
+    /// Light of the surface there, or of the background, W/(m²·sr).
+    pub met: Vec3,
+    /// Lamps aimed at from there, and those that probes have found.
+    pub aims: Vec<Aim>,
+}
+
+/// A probe on its way.
+struct Probe {
+    /// Its own number in the wave, so that what it finds is told apart.
+    index: usize,
+    /// Of the segment from whose end it was sent.
+    segment: usize,
+    /// Where it has come to first.
+    by: Option<Vec3>,
+    /// Where it has just come to, and on which primitive.
+    end: Option<(Vec3, u32)>,
+}
+
+/// What the only path of a wave and its branches have found. What probes find is left out of its
+/// radiance.
+#[derive(Default)]
+pub(crate) struct Tale {
+    /// Those of each path and branch, with its number, in the order in which they came to their ends.
+    segments: Vec<(u32, Segment)>,
+    /// The first of this step.
+    first: usize,
+    probes: Vec<Probe>,
+    /// What each path and branch had found before this step.
+    had: Vec<Vec3>,
+}
+
+impl Tale {
+    /// The segments, those of the path first, then those of each branch.
+    pub fn into_segments(mut self) -> Vec<Segment> {
+        self.segments.sort_by_key(|(index, _)| *index);
+        self.segments
+            .into_iter()
+            .map(|(_, segment)| segment)
+            .collect()
+    }
+
+    /// Tells where the paths of a wave have come to.
+    pub fn begin_step(&mut self, wave: &Wave, bounce: u32) {
+        self.first = self.segments.len();
+        self.had.clone_from(&wave.radiance);
+        for probe in &mut self.probes {
+            probe.end = None;
+        }
+        for ((path, ray), hit) in wave.paths.iter().zip(&wave.rays).zip(&wave.hits) {
+            let end = hit.map(|hit| (ray.at(hit.t), hit.prim));
+            let index = path.index as usize;
+            if !path.is_probe {
+                let segment = Segment {
+                    number: bounce + 1,
+                    from: ray.origin,
+                    dir: ray.dir,
+                    end,
+                    throughput: path.throughput,
+                    met: Vec3::ZERO,
+                    aims: Vec::new(),
+                };
+                self.segments.push((path.index, segment));
+            } else if let Some(probe) = self.probes.iter_mut().find(|p| p.index == index) {
+                probe.end = end;
+                probe.by = probe.by.or(end.map(|(at, _)| at));
+            }
+        }
+    }
+
+    /// Tells what probes have found, and gives those that were just sent numbers of their own.
+    pub fn tell_probes(&mut self, wave: &mut Wave) {
+        for probe in &self.probes {
+            let radiance = std::mem::take(&mut wave.radiance[probe.index]);
+            if let Some((to, light)) = probe.end
+                && radiance != Vec3::ZERO
+            {
+                self.segments[probe.segment].1.aims.push(Aim {
+                    by: probe.by,
+                    to,
+                    light,
+                    radiance,
+                    is_free: true,
+                });
+            }
+        }
+        for path in wave.paths.iter_mut().filter(|path| path.is_probe) {
+            let index = path.index as usize;
+            let is_known = self.probes.iter().any(|probe| probe.index == index);
+            let sender = self.segments[self.first..].iter();
+            let sender = sender.clone().position(|(sender, _)| *sender == path.index);
+            if let (false, Some(sender)) = (is_known, sender) {
+                path.index = wave.caustics.branch_off(path.index);
+                wave.radiance.push(Vec3::ZERO);
+                self.probes.push(Probe {
+                    index: path.index as usize,
+                    segment: self.first + sender,
+                    by: None,
+                    end: None,
+                });
+            }
+        }
+    }
+
+    /// Tells which lamps were just aimed at; `free` says which shadow rays were, `aimed` is what each path
+    /// had found before the detours.
+    pub fn tell_aims(&mut self, wave: &Wave, free: &[bool], aimed: &[Vec3]) {
+        let end = |ray: &Ray| ray.at(ray.t_max);
+        for (index, segment) in &mut self.segments[self.first..] {
+            let i = *index as usize;
+            let mut met = aimed[i] - self.had[i];
+            let rays = wave.shadow_rays.iter().zip(free);
+            for (ray, is_free) in rays.filter(|(ray, _)| ray.index == *index) {
+                if *is_free {
+                    met -= ray.radiance;
+                }
+                segment.aims.push(Aim {
+                    by: None,
+                    to: end(&ray.ray),
+                    light: ray.light,
+                    radiance: ray.radiance,
+                    is_free: *is_free,
+                });
+            }
+            segment.met = met;
+            // There is one at most.
+            let detours = wave.detours.iter().filter(|detour| detour.index == *index);
+            segment.aims.extend(detours.map(|detour| Aim {
+                by: Some(end(&detour.to_mirror)),
+                to: end(&detour.to_light),
+                light: detour.light,
+                radiance: detour.radiance,
+                is_free: wave.radiance[i] != aimed[i],
+            }));
+        }
+    }
+}
