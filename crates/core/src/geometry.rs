@@ -131,6 +131,20 @@ impl SurfacePoint {
         offset_origin(self.p, height * self.n)
     }
 
+    /// The ray to another point, in unit direction `toward`, as long as the way. Both ends leave their
+    /// surface, so that nothing but what truly stands between can shade.
+    #[inline(always)]
+    pub fn ray_to(&self, other: &Self, toward: Vec3) -> Ray {
+        let origin = self.leave(toward);
+        let way = other.leave(-toward) - origin;
+        let distance = way.length();
+        Ray {
+            origin,
+            dir: way / distance,
+            t_max: distance,
+        }
+    }
+
     /// The point of a triangle with barycentric coordinates (1−b1−b2, b1, b2).
     #[inline(always)]
     pub fn of_triangle(triangle: [Vec3; 3], b: [f32; 2]) -> Self {

@@ -30,19 +30,17 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::Vec3;
 
-use crate::camera::Camera;
 use crate::film::Followed;
 use crate::geometry::Hit;
-use crate::light::Guide;
 use crate::math::{GROUP, Ray};
-use crate::plan::{Part, Plan};
+use crate::plan::Part;
 use crate::sampler::Sampler;
-use crate::scene::Scene;
 use crate::settings::{Method, UNLIMITED};
 use crate::simd::{Lanes, Task};
 use crate::work::{Stage, Stopwatch};
 use caustics::Caustics;
 use reuse::Reuse;
+pub use transport::Transport;
 use vertices::Vertices;
 
 mod caustics;
@@ -50,6 +48,7 @@ pub(crate) mod light_paths;
 mod meet;
 pub mod replay;
 pub(crate) mod reuse;
+mod transport;
 mod vertices;
 
 /// Density of a direction that was the only one possible: from the camera, mirror or glass.
@@ -103,55 +102,6 @@ struct Detour {
     radiance: Vec3,
     /// Index of its path.
     index: u32,
-}
-
-/// How light is looked for: what all paths of a render have in common.
-#[derive(Clone, Copy, Debug)]
-pub struct Transport<'a> {
-    /// Where.
-    pub scene: &'a Scene,
-    /// Which parts of the model the scene needs.
-    pub plan: Plan,
-    /// How light is found.
-    pub method: Method,
-    /// Most segments of a path.
-    pub depth: u32,
-    /// Who looks.
-    pub camera: &'a Camera,
-    /// How far beyond the border of the picture light still counts in a pixel.
-    pub margin: f32,
-    /// Where caustics come from, if there are any.
-    pub(crate) guide: Option<&'a Guide>,
-}
-
-impl Transport<'_> {
-    /// Whether paths aim at lights at all.
-    #[inline(always)]
-    fn aims(&self) -> bool {
-        self.method != Method::Naive && !self.scene.lights().is_empty()
-    }
-
-    /// Whether light that several methods find is shared by weights.
-    #[inline(always)]
-    fn weights(&self) -> bool {
-        matches!(self.method, Method::Mis | Method::Caustics | Method::Reuse)
-    }
-
-    /// Whether paths aim at lights by way of mirror spheres from their surface at a bounce: a
-    /// detour of two segments, all within the depth. Paths that are followed beyond it run into
-    /// such light instead.
-    #[inline(always)]
-    fn detours(&self, bounce: u32) -> bool {
-        self.aims()
-            && !self.scene.mirror_spheres().is_empty()
-            && bounce.saturating_add(3) <= self.depth
-    }
-
-    /// Whether paths may drop anchors at a bounce: light may come to these in two segments more.
-    #[inline(always)]
-    fn anchors(&self, bounce: u32) -> bool {
-        self.traces_light() && bounce > 0 && bounce.saturating_add(3) <= self.depth
-    }
 }
 
 /// How far paths get at a bounce.

@@ -26,7 +26,7 @@ use glam::Vec3;
 use super::caustics::Caustics;
 use super::vertices::Vertices;
 use super::{AIMED_AT, Path, Transport, Wave, is_only, power_heuristic};
-use crate::geometry::{Hit, SurfacePoint};
+use crate::geometry::Hit;
 use crate::light::Mark;
 use crate::math::{GROUP, Ray};
 use crate::planted::{self, Bug};
@@ -89,38 +89,6 @@ pub(crate) struct LightWave {
     links: Vec<Link>,
     arrivals: Vec<Arrival>,
     vertices: Vertices,
-}
-
-impl Transport<'_> {
-    /// Whether caustics are traced from the lights.
-    #[inline(always)]
-    pub(crate) fn traces_light(&self) -> bool {
-        matches!(self.method, crate::Method::Caustics | crate::Method::Reuse)
-            && self.scene.casts_caustics()
-    }
-
-    /// How many light paths come by a diffuse surface that the camera sees for each camera path
-    /// that goes on from there diffusely, with a density of 1 at the lamp; and where it is seen.
-    /// `None` where the camera does not see it. `share` is the chance of the diffuse lobe.
-    #[inline]
-    pub(super) fn light_share(
-        &self,
-        point: &SurfacePoint,
-        n: Vec3,
-        share: f32,
-    ) -> Option<(f32, [f32; 2])> {
-        let (at, pixels) = self.camera.place(point.p, self.margin)?;
-        let cos = n.dot((self.camera.eye() - point.p).normalize());
-        (cos > 0.0).then(|| (self.camera.pixels() / (share * pixels * cos), at))
-    }
-
-    /// The density g, per unit of area, with which light leaves a point of a lamp in some direction.
-    #[inline]
-    pub(super) fn emission_pdf(&self, prim: u32, point: &SurfacePoint, dir: Vec3) -> f32 {
-        let area_pdf = self.scene.lights().area_pdf(prim);
-        let pdf = self.scene.casters().pdf(point, dir);
-        area_pdf * pdf * PI / dir.dot(point.n)
-    }
 }
 
 impl LightWave {
@@ -342,16 +310,9 @@ impl LightWave {
                 let geometry = cos * anchor_cos / square;
                 let shares = anchor.diffuse_share * vertices.diffuse_share[lane];
                 let weight = power_heuristic(pdf, shares * FRAC_1_PI * geometry);
-                let origin = point.leave(toward);
-                let segment = anchor.point.leave(-toward) - origin;
-                let distance = segment.length();
                 let f = anchor.f * diffuse * FRAC_1_PI;
                 self.links.push(Link {
-                    ray: Ray {
-                        origin,
-                        dir: segment / distance,
-                        t_max: distance,
-                    },
+                    ray: point.ray_to(&anchor.point, toward),
                     prim: if planted::has(Bug::AnchorsShadeThemselves) {
                         NOTHING
                     } else {

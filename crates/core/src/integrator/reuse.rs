@@ -373,12 +373,10 @@ impl Task for Connect<'_> {
                 let share = n.dot(toward) * at_second * (unit / square);
                 let sees = (heights > least) & (share > 0.0) & (bounces[lane] == bounce);
                 shares[lane] = if sees { share.min(MOST_SHARE) } else { 0.0 };
-                let origin = from.leave(toward);
-                let segment = second.point.leave(-toward) - origin;
-                let distance = segment.length();
-                origins.set(lane, origin);
-                dirs.set(lane, segment / distance);
-                distances[lane] = distance;
+                let ray = from.ray_to(&second.point, toward);
+                origins.set(lane, ray.origin);
+                dirs.set(lane, ray.dir);
+                distances[lane] = ray.t_max;
             }
             for lane in 0..count {
                 let share = reuse.shares.len() as u32;

@@ -239,17 +239,13 @@ impl Vertices {
             };
             let f = self.diffuse.get(lane) * FRAC_1_PI;
             let arriving = f * self.emission.get(lane) * (weight * counted / pdf);
-            // Both ends leave their surface, so that nothing but what truly stands between can
-            // shade.
-            let from = point.leave(toward);
-            let segment = light.leave(-toward) - from;
-            let distance = segment.length();
-            self.shadow_origin.set(lane, from);
-            self.shadow_dir.set(lane, segment / distance);
+            let ray = point.ray_to(&light, toward);
+            self.shadow_origin.set(lane, ray.origin);
+            self.shadow_dir.set(lane, ray.dir);
             let radiance = self.throughput.get(lane) * arriving;
             self.shadow_radiance.set(lane, radiance);
             let counts = (cos > 0.0) & (pdf > 0.0) & (pdf < f32::INFINITY);
-            self.shadow_distance[lane] = if counts { distance } else { 0.0 };
+            self.shadow_distance[lane] = if counts { ray.t_max } else { 0.0 };
         }
         for lane in 0..self.count {
             let distance = self.shadow_distance[lane];

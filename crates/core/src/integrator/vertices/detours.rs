@@ -99,19 +99,9 @@ fn connect(
     if !(cos > 0.0 && cos_light > 0.0) {
         return None;
     }
-    let segment = |a: &SurfacePoint, b: &SurfacePoint, dir: Vec3| {
-        let from = a.leave(dir);
-        let way = b.leave(-dir) - from;
-        let distance = way.length();
-        Ray {
-            origin: from,
-            dir: way / distance,
-            t_max: distance,
-        }
-    };
     let rays = [
-        segment(from, &mirrored, forth.as_vec3()),
-        segment(&mirrored, light, on.as_vec3()),
+        from.ray_to(&mirrored, forth.as_vec3()),
+        mirrored.ray_to(light, on.as_vec3()),
     ];
     Some(((cos * cos_light * reflection.density) as f32, rays))
 }
