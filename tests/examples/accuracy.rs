@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use lightbox_core::compare::compare;
 use lightbox_core::{Film, Image, Method, SamplerKind, Scene, View};
-use lightbox_tests::{film, shipped, shipped_scenes, view};
+use lightbox_tests::{built, film, shipped, shipped_scenes, view};
 
 /// Edge of the pictures, pixels.
 const SIZE: u32 = 32;
@@ -142,16 +142,7 @@ fn main() {
             |path: &std::path::PathBuf| path.file_stem().map(|s| s.to_string_lossy().into_owned());
         names = shipped_scenes().iter().filter_map(stem).collect();
     }
-    let scenes: Vec<Arc<Scene>> = names
-        .iter()
-        .map(|name| {
-            Arc::new(
-                shipped(name)
-                    .build(&lightbox_core::scene::unwatched)
-                    .unwrap_or_else(|e| panic!("{e}")),
-            )
-        })
-        .collect();
+    let scenes: Vec<Arc<Scene>> = names.iter().map(|name| built(&shipped(name))).collect();
     let references: Vec<Reference> = scenes
         .iter()
         .map(|scene| {

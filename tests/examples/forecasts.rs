@@ -3,12 +3,11 @@
 //! `cargo run --release -p lightbox-tests --example forecasts [SCENE...]`
 
 use std::collections::BTreeMap;
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use lightbox_core::forecast::{Goal, Mark, Span, forecast};
 use lightbox_core::{Method, SamplerKind, View};
-use lightbox_tests::{shipped, shipped_scenes, view};
+use lightbox_tests::{built, shipped, shipped_scenes, view};
 
 /// Edge of the pictures, pixels.
 const SIZE: u32 = 40;
@@ -54,8 +53,7 @@ fn main() {
     }
     let mut scores: BTreeMap<(u64, u64), Score> = BTreeMap::new();
     for name in &names {
-        let scene = shipped(name).build(&lightbox_core::scene::unwatched);
-        let scene = Arc::new(scene.unwrap_or_else(|e| panic!("{e}")));
+        let scene = built(&shipped(name));
         for method in [Method::Naive, Method::Mis] {
             for sampler in SamplerKind::ALL {
                 for seed in 0..SEEDS {

@@ -1,12 +1,10 @@
 //! The error estimate against the truth in shipped scenes: a short version of the example
 //! `accuracy`, which has all scenes and gives the figures of docs/speed-and-accuracy.md.
 
-use std::sync::Arc;
-
 use lightbox_core::compare::compare;
 use lightbox_core::film::BAND_FROM;
 use lightbox_core::{Method, SamplerKind};
-use lightbox_tests::{film, shipped, view};
+use lightbox_tests::{built, film, shipped, view};
 
 /// Edge of the pictures, pixels.
 const SIZE: u32 = 32;
@@ -20,11 +18,7 @@ const SEEDS: u64 = 10;
 fn the_band_holds_the_true_error() {
     let (mut inside, mut pictures) = (0, 0);
     for name in ["cornell-box", "glass-sphere"] {
-        let scene = Arc::new(
-            shipped(name)
-                .build(&lightbox_core::scene::unwatched)
-                .unwrap(),
-        );
+        let scene = built(&shipped(name));
         let reference = film(&view(&scene, |s| {
             (s.width, s.height, s.samples, s.seed) = (SIZE, SIZE, 8192, 1 << 40);
         }));

@@ -6,19 +6,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use lightbox_core::color::ToneMap;
-use lightbox_core::scene::Source;
-use lightbox_core::{AccelKind, Image, RenderSettings, Scene, SceneDesc, View, image_io};
-use lightbox_tests::{on_threads, picture, shipped, view};
+use lightbox_core::{AccelKind, Image, RenderSettings, SceneDesc, View, image_io};
+use lightbox_tests::{built, built_as, on_threads, picture, shipped, view};
 
 const SMALL: fn(&mut RenderSettings) = |s| (s.width, s.height, s.samples) = (50, 37, 8);
-
-fn build(source: &Source) -> Arc<Scene> {
-    Arc::new(
-        source
-            .build(&lightbox_core::scene::unwatched)
-            .unwrap_or_else(|e| panic!("{e}")),
-    )
-}
 
 fn bits(image: &Image) -> Vec<[u32; 3]> {
     image
@@ -41,7 +32,7 @@ fn assert_same(a: &Image, b: &Image, what: &str) {
 #[test]
 fn any_number_of_threads_gives_the_same_bits() {
     for name in ["teddy-mirror", "glass-sphere"] {
-        let scene = build(&shipped(name));
+        let scene = built(&shipped(name));
         let one = on_threads(1, || picture(&view(&scene, SMALL)));
         for threads in [2, 3, 8] {
             let other = on_threads(threads, || picture(&view(&scene, SMALL)));
@@ -58,7 +49,7 @@ fn pauses_and_batches_change_nothing() {
 }
 
 fn pauses_and_batches_change_nothing_in(name: &str) {
-    let scene = build(&shipped(name));
+    let scene = built(&shipped(name));
     let view = view(&scene, |s| {
         (s.width, s.height, s.samples) = (64, 48, 24);
         s.filter = "lanczos".parse().expect("a filter");
@@ -94,7 +85,7 @@ fn pauses_and_batches_change_nothing_in(name: &str) {
 
 #[test]
 fn a_batch_lands_only_where_it_belongs() {
-    let scene = build(&shipped("sphere-mirror"));
+    let scene = built(&shipped("sphere-mirror"));
     let view = view(&scene, SMALL);
     let film = view.film();
     view.render(&film, 4, &AtomicBool::new(false));
@@ -119,10 +110,7 @@ fn every_accelerator_gives_the_picture_of_brute_force() {
             desc.render.accel = accel;
             SMALL(&mut desc.render);
             desc.render.samples = 2;
-            let scene = source
-                .build_edited(desc, &lightbox_core::scene::unwatched)
-                .unwrap();
-            picture(&View::of(Arc::new(scene)).unwrap())
+            picture(&View::of(built_as(&source, desc)).unwrap())
         });
         assert_same(&pictures[0], &pictures[1], name);
         assert_same(&pictures[0], &pictures[2], name);
@@ -153,14 +141,10 @@ fn scaled(desc: &SceneDesc, s: f32) -> SceneDesc {
 fn a_scaled_scene_gives_the_same_bits() {
     for name in ["teddy-diffuse", "glass-sphere", "cornell-box"] {
         let source = shipped(name);
-        let reference = picture(&view(&build(&source), SMALL));
+        let reference = picture(&view(&built(&source), SMALL));
         for k in [-20, -7, 3, 17] {
             let desc = scaled(&source.desc, 2f32.powi(k));
-            let scene = Arc::new(
-                source
-                    .build_edited(desc, &lightbox_core::scene::unwatched)
-                    .unwrap(),
-            );
+            let scene = built_as(&source, desc);
             assert_same(
                 &reference,
                 &picture(&view(&scene, SMALL)),
@@ -175,14 +159,10 @@ fn a_scaled_scene_gives_the_same_bits() {
 #[test]
 fn the_order_of_primitives_changes_nothing() {
     let source = shipped("cornell-box");
-    let reference = picture(&view(&build(&source), SMALL));
+    let reference = picture(&view(&built(&source), SMALL));
     let mut reversed = source.desc.clone();
     reversed.quads.reverse();
-    let scene = Arc::new(
-        source
-            .build_edited(reversed, &lightbox_core::scene::unwatched)
-            .unwrap(),
-    );
+    let scene = built_as(&source, reversed);
     assert_same(&reference, &picture(&view(&scene, SMALL)), "reversed");
 }
 
@@ -190,7 +170,7 @@ fn the_order_of_primitives_changes_nothing() {
 #[test]
 fn edits_give_the_picture_of_a_fresh_build() {
     let source = shipped("teddy-diffuse");
-    let scene = build(&source);
+    let scene = built(&source);
     let mut desc = source.desc.clone();
     let fur = desc.materials.iter_mut().find(|m| m.name == "fur").unwrap();
     (fur.mirror, fur.emission) = (0.4, glam::Vec3::splat(0.3));
@@ -201,11 +181,7 @@ fn edits_give_the_picture_of_a_fresh_build() {
             .edit(desc.clone(), &lightbox_core::scene::unwatched)
             .unwrap(),
     );
-    let fresh = Arc::new(
-        source
-            .build_edited(desc, &lightbox_core::scene::unwatched)
-            .unwrap(),
-    );
+    let fresh = built_as(&source, desc);
     assert_same(
         &picture(&view(&edited, SMALL)),
         &picture(&view(&fresh, SMALL)),
@@ -216,7 +192,7 @@ fn edits_give_the_picture_of_a_fresh_build() {
 /// EXR is compressed in parallel, and its blocks must not land in the order in which they are done.
 #[test]
 fn the_same_picture_gives_the_same_file() {
-    let view = view(&build(&shipped("sphere-mirror")), |s| {
+    let view = view(&built(&shipped("sphere-mirror")), |s| {
         (s.width, s.height, s.samples) = (96, 96, 1);
     });
     let image = picture(&view);

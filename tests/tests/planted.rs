@@ -1,14 +1,10 @@
 //! The lab tested in turn: known defects are planted in the core, and the case meant for each
 //! must fail. A binary of its own, because a planted defect is one of the whole process.
 
-use std::path::Path;
-use std::sync::Arc;
-
 use lightbox_core::agreement::{Agreement, Light};
 use lightbox_core::planted::{Bug, plant};
-use lightbox_core::scene::{Source, parse};
 use lightbox_core::{Film, Method, lab};
-use lightbox_tests::{film, shipped, view};
+use lightbox_tests::{built, film, shipped, view, written};
 
 /// Defects and the case that must find each.
 const CAUGHT_BY: &[(Bug, &str)] = &[
@@ -109,10 +105,7 @@ corners = [[-0.2, 0.99, 0.2], [0.2, 0.99, 0.2], [0.2, 0.99, 0.6], [-0.2, 0.99, 0
 
 /// What mirrors show of caustics is found by anchors and their probes, and met by paths: the same light.
 fn caustics_in_a_mirror_are_those_of_the_room() {
-    let path = Path::new("mirrored.toml");
-    let desc = parse(MIRRORED, path).expect("a scene");
-    let scene = Source::from_desc(desc, path).build(&lightbox_core::scene::unwatched);
-    let scene = Arc::new(scene.expect("a scene"));
+    let scene = written(MIRRORED);
     // The mean, and the variance of it.
     let mean = |method, samples| {
         let means: Vec<f64> = (0..8)
@@ -152,8 +145,7 @@ fn caustics_in_a_mirror_are_those_of_the_room() {
 
 /// Pixels share within a tile: what one gets too much another lacks, which means of tiles do not see.
 fn what_is_shared_falls_where_it_belongs() {
-    let scene = shipped("cornell-box").build(&lightbox_core::scene::unwatched);
-    let scene = Arc::new(scene.expect("a scene"));
+    let scene = built(&shipped("cornell-box"));
     let render = |method, samples| {
         film(&view(&scene, |s| {
             (s.width, s.height) = (16, 16);
@@ -183,11 +175,7 @@ fn what_is_shared_falls_where_it_belongs() {
 /// A defect that one method has and another has not makes them disagree; without it they agree.
 fn agreement_sees_biased_methods() {
     let light = |name, method, seed| {
-        let scene = Arc::new(
-            shipped(name)
-                .build(&lightbox_core::scene::unwatched)
-                .expect("a scene"),
-        );
+        let scene = built(&shipped(name));
         Light::of(&film(&view(&scene, |s| {
             (s.width, s.height, s.samples) = (32, 32, 1024);
             (s.method, s.seed) = (method, seed);

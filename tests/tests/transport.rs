@@ -4,10 +4,9 @@
 use std::sync::Arc;
 
 use lightbox_core::lab::stats::{Comparisons, Replicates};
-use lightbox_core::scene::{Source, parse};
 use lightbox_core::settings::UNLIMITED;
 use lightbox_core::{Method, RenderSettings, Scene};
-use lightbox_tests::{picture, shipped, view};
+use lightbox_tests::{built, built_as, picture, shipped, view, written};
 
 /// Means of the green channel of pictures with different seeds.
 fn replicates(scene: &Arc<Scene>, change: impl Fn(&mut RenderSettings) + Sync) -> Replicates {
@@ -38,11 +37,7 @@ fn methods_agree() {
         ("glass-sphere", 0.15),
     ];
     for (name, resolution) in scenes {
-        let scene = Arc::new(
-            shipped(name)
-                .build(&lightbox_core::scene::unwatched)
-                .unwrap(),
-        );
+        let scene = built(&shipped(name));
         let means = |method| {
             replicates(&scene, |s| {
                 (s.width, s.height, s.samples, s.method) = (20, 20, 96, method);
@@ -120,10 +115,7 @@ radius = 0.5
 /// Light by way of mirror spheres is found by those who aim at it, and met by those who do not.
 #[test]
 fn methods_agree_among_mirror_spheres() {
-    let path = std::path::Path::new("mirrors.toml");
-    let desc = parse(MIRRORS, path).expect("a scene");
-    let scene = Source::from_desc(desc, path).build(&lightbox_core::scene::unwatched);
-    let scene = Arc::new(scene.unwrap_or_else(|e| panic!("{e}")));
+    let scene = written(MIRRORS);
     for depth in [2, 3, 4, UNLIMITED] {
         let means = |method| {
             replicates(&scene, |s| {
@@ -176,10 +168,7 @@ corners = [[3, 0, -3], [3, 0, 3], [3, 3, 3], [3, 3, -3]]
 /// the paths end.
 #[test]
 fn light_paths_agree_with_camera_paths() {
-    let path = std::path::Path::new("casters.toml");
-    let desc = parse(&format!("{MIRRORS}{CASTERS}"), path).unwrap_or_else(|e| panic!("{e}"));
-    let scene = Source::from_desc(desc, path).build(&lightbox_core::scene::unwatched);
-    let scene = Arc::new(scene.unwrap_or_else(|e| panic!("{e}")));
+    let scene = written(&format!("{MIRRORS}{CASTERS}"));
     for (depth, filter) in [
         (3, "box"),
         (4, "mitchell"),
@@ -205,11 +194,7 @@ fn light_paths_agree_with_camera_paths() {
 #[test]
 fn caustics_are_found_from_the_lamp() {
     for name in ["teddy-mirror", "glass-sphere"] {
-        let scene = Arc::new(
-            shipped(name)
-                .build(&lightbox_core::scene::unwatched)
-                .unwrap(),
-        );
+        let scene = built(&shipped(name));
         let noise = |method| {
             let film = lightbox_tests::film(&view(&scene, |s| {
                 (s.width, s.height, s.samples, s.method) = (64, 64, 64, method);
@@ -225,11 +210,7 @@ fn caustics_are_found_from_the_lamp() {
 #[test]
 fn without_casters_there_is_nothing_to_trace() {
     for name in ["cornell-box", "teddy-diffuse", "sphere-mirror"] {
-        let scene = Arc::new(
-            shipped(name)
-                .build(&lightbox_core::scene::unwatched)
-                .unwrap(),
-        );
+        let scene = built(&shipped(name));
         let pictures = [Method::Mis, Method::Caustics].map(|method| {
             picture(&view(&scene, |s| {
                 (s.width, s.height, s.samples, s.method) = (24, 24, 4, method);
@@ -242,11 +223,7 @@ fn without_casters_there_is_nothing_to_trace() {
 /// Aiming by way of the mirror is worth a factor of 50; 15 is clear of chance.
 #[test]
 fn light_from_a_mirror_sphere_is_found_not_met() {
-    let scene = Arc::new(
-        shipped("sphere-mirror")
-            .build(&lightbox_core::scene::unwatched)
-            .unwrap(),
-    );
+    let scene = built(&shipped("sphere-mirror"));
     let noise = |method| {
         let film = lightbox_tests::film(&view(&scene, |s| {
             (s.width, s.height, s.samples, s.method) = (64, 64, 64, method);
@@ -262,7 +239,7 @@ fn light_from_a_mirror_sphere_is_found_not_met() {
 #[test]
 fn white_furnace() {
     let source = shipped("white-furnace");
-    let scene = Arc::new(source.build(&lightbox_core::scene::unwatched).unwrap());
+    let scene = built(&source);
     let mut comparisons = Comparisons::default();
     for method in Method::ALL {
         let means = replicates(&scene, |s| {
@@ -274,11 +251,7 @@ fn white_furnace() {
     assert_holds(comparisons, 0.006, "shipped furnace");
     let mut alone = source.desc.clone();
     alone.spheres.truncate(1);
-    let scene = Arc::new(
-        source
-            .build_edited(alone, &lightbox_core::scene::unwatched)
-            .unwrap(),
-    );
+    let scene = built_as(&source, alone);
     let image = picture(&view(&scene, |s| {
         (s.width, s.height, s.samples) = (32, 32, 4)
     }));
