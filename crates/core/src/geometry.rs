@@ -13,6 +13,7 @@ pub use traversal::Traversal;
 pub use triangles::Triangles;
 
 mod cast;
+mod flights;
 mod search;
 mod stream;
 mod traversal;

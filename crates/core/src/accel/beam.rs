@@ -4,8 +4,6 @@
 //! ray is walked as a beam: every plane is met not at one distance but over an interval that
 //! covers all rounding.
 
-use glam::Vec4;
-
 use crate::math::{Aabb, Ray};
 
 /// Half-width of the beam in units of the largest distance R, along an axis, from the ray's
@@ -21,15 +19,14 @@ use crate::math::{Aabb, Ray};
 ///   16 ε of at most √3 R.
 const PAD: f32 = 72.0 / (1 << 24) as f32;
 
-/// A ray in a form that planes are met with, the part of it inside some bounds. The last
-/// components mean nothing.
+/// A ray in a form that planes are met with, the part of it inside some bounds.
 #[derive(Clone, Copy)]
 pub(super) struct Beam {
-    pub origin: Vec4,
+    pub origin: [f32; 3],
     /// 1/direction, limited so that its product with R is finite: then no plane in reach is met
     /// at NaN, and a ray parallel to a plane meets it either far outside the bounds or, within
     /// the beam's width, everywhere.
-    pub inv_dir: Vec4,
+    pub inv_dir: [f32; 3],
     /// Half-width of the beam; times |`inv_dir`|, as a distance along the ray on each axis.
     pub half_width: f32,
     pub t_enter: f32,
@@ -39,29 +36,38 @@ pub(super) struct Beam {
 }
 
 impl Beam {
-    /// Without a branch: many in a row overlap.
+    /// Without a branch, so that a loop over many rays is SIMD code.
     #[inline(always)]
     pub fn new(ray: &Ray, bounds: &Aabb) -> Self {
-        // In registers of four.
-        let [origin, dir, min, max] =
-            [ray.origin, ray.dir, bounds.min, bounds.max].map(|v| v.extend(0.0));
-        let (to_min, to_max) = (min - origin, max - origin);
-        let reach = to_min.abs().max(to_max.abs()).max_element();
-        // Infinity times zero is NaN.
-        let is_finite = (origin * 0.0 + dir * 0.0).cmpeq(Vec4::ZERO).all();
-        let has_meaning =
-            is_finite & (reach < f32::INFINITY) & dir.cmpne(Vec4::ZERO).any() & (ray.t_max > 0.0);
         const HUGE: f32 = (1u128 << 124) as f32;
-        let inv_limit = Vec4::splat(HUGE / if reach > 1.0 { reach } else { 1.0 });
-        let inv_dir = dir.recip().clamp(-inv_limit, inv_limit);
+        let (origin, dir) = (ray.origin.to_array(), ray.dir.to_array());
+        let (min, max) = (bounds.min.to_array(), bounds.max.to_array());
+        let (mut reach, mut nothing) = (0.0, 0.0);
+        let mut has_direction = false;
+        for axis in 0..3 {
+            reach = larger(reach, (min[axis] - origin[axis]).abs());
+            reach = larger(reach, (max[axis] - origin[axis]).abs());
+            // Infinity times zero is NaN.
+            nothing += origin[axis] * 0.0 + dir[axis] * 0.0;
+            has_direction |= dir[axis] != 0.0;
+        }
+        let has_meaning =
+            (nothing == 0.0) & (reach < f32::INFINITY) & has_direction & (ray.t_max > 0.0);
+        let limit = HUGE / larger(reach, 1.0);
         let half_width = PAD * reach;
-        let pad = inv_dir.abs() * half_width;
-        let (a, b) = (to_min * inv_dir, to_max * inv_dir);
-        // The last component lies before what is entered and after what is left.
-        let enter = (a.min(b) - pad).max_element();
-        let exit = (a.max(b) + pad).min_element();
-        let t_enter = if enter > 0.0 { enter } else { 0.0 };
-        let t_exit = if exit < ray.t_max { exit } else { ray.t_max };
+        let mut inv_dir = [0.0; 3];
+        let (mut t_enter, mut t_exit) = (0.0, ray.t_max);
+        for axis in 0..3 {
+            let inv = smaller(larger(1.0 / dir[axis], -limit), limit);
+            let pad = inv.abs() * half_width;
+            let (a, b) = (
+                (min[axis] - origin[axis]) * inv,
+                (max[axis] - origin[axis]) * inv,
+            );
+            t_enter = larger(t_enter, smaller(a, b) - pad);
+            t_exit = smaller(t_exit, larger(a, b) + pad);
+            inv_dir[axis] = inv;
+        }
         Self {
             origin,
             inv_dir,
@@ -83,6 +89,19 @@ impl Beam {
     /// −0 is no exception: both sides of a plane are then visited or the same one.
     #[inline(always)]
     pub fn octant(&self) -> u32 {
-        self.inv_dir.is_negative_bitmask() & 7
+        let [x, y, z] = self.inv_dir.map(|x| x.to_bits() >> 31);
+        x | y << 1 | z << 2
     }
+}
+
+/// One instruction, as minima and maxima that care for NaN are not.
+#[inline(always)]
+fn smaller(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+/// See [`smaller`].
+#[inline(always)]
+fn larger(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
 }

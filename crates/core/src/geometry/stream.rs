@@ -2,13 +2,16 @@
 
 use std::cell::Cell;
 
+use glam::Vec3;
+
 use super::Hit;
 use super::cast::{Accel, Geometry};
+use super::flights::{Flight, RayGroup};
 use super::search::{Any, Face, Nearest, Search, reach};
 use crate::accel::Bvh;
-use crate::accel::bvh::{self, Along, Lists, OCTANTS, Octant, Stream};
-use crate::math::Ray;
-use crate::shape::{PairHits, Pairs, Place, ROOM, ShearedRay, ShearedRays, TriangleRuns};
+use crate::accel::bvh::{self, Along, Lists, OCTANTS, Octants, Stream};
+use crate::math::{Floats, GROUP, Ray};
+use crate::shape::{Pairs, Place, ShearedRays, TriangleRuns};
 use crate::simd::{Lanes, SET_BITS, Task};
 
 /// So few rays are cast one by one (measured: docs/ray-casting.md).
@@ -16,12 +19,6 @@ const FEW: usize = 128;
 
 /// Most rays of a stream.
 const BATCH: usize = 4096;
-
-/// So many pairs are tested together.
-const WAIT: usize = 16;
-
-/// Rays that are shown a leaf together.
-const VISIT: usize = 64;
 
 impl Geometry {
     /// [`Geometry::intersect`] for rays 0 to `count` − 1: `ray(i)` gives a ray, `found(i, hit)`
@@ -34,18 +31,21 @@ impl Geometry {
         is_emitter: impl Fn(u32) -> bool + Copy,
         mut found: impl FnMut(usize, Option<Hit>),
     ) {
-        let rays: Vec<Ray> = (0..count).map(ray).collect();
-        let nearest = |ray: &Ray| Nearest {
-            is_emitter,
-            t_max: reach(ray),
-            face: Face::NONE,
-            b: [0.0; 2],
+        let nearest = |i| {
+            let ray = ray(i);
+            let t_max = reach(&ray);
+            let (face, b) = (Face::NONE, [0.0; 2]);
+            let nearest = Nearest {
+                is_emitter,
+                t_max,
+                face,
+                b,
+            };
+            (ray, nearest)
         };
-        let mut searches: Vec<_> = rays.iter().map(nearest).collect();
-        self.search_many(&rays, &mut searches);
-        for (i, nearest) in searches.iter().enumerate() {
+        self.search_many(count, nearest, |i, nearest| {
             found(i, nearest.hit(&self.primitives));
-        }
+        });
     }
 
     /// [`Geometry::occluded`] for rays 0 to `count` − 1: `ray(i)` gives a ray and the primitive
@@ -57,32 +57,57 @@ impl Geometry {
         ray: impl Fn(usize) -> (Ray, u32),
         mut found: impl FnMut(usize, bool),
     ) {
-        let any = |(ray, except)| {
+        let any = |i| {
+            let (ray, except) = ray(i);
             let t_max = reach(&ray);
             (ray, Any { except, t_max })
         };
-        let (rays, mut searches): (Vec<_>, Vec<_>) = (0..count).map(ray).map(any).unzip();
-        self.search_many(&rays, &mut searches);
-        for (i, any) in searches.iter().enumerate() {
-            found(i, any.found());
+        self.search_many(count, any, |i, any| found(i, any.found()));
+    }
+
+    /// Casts rays by the batch.
+    #[inline(always)]
+    fn search_many<S: Search>(
+        &self,
+        count: usize,
+        search: impl Fn(usize) -> (Ray, S),
+        mut found: impl FnMut(usize, &S),
+    ) {
+        let mut scratch = SCRATCH.take().unwrap_or_default();
+        let mut searches = Vec::with_capacity(count.min(BATCH));
+        for begin in (0..count).step_by(BATCH) {
+            let count = BATCH.min(count - begin);
+            searches.clear();
+            for (k, rays) in scratch.rays[..count.div_ceil(GROUP)].iter_mut().enumerate() {
+                searches.extend((0..GROUP.min(count - k * GROUP)).map(|i| {
+                    let (ray, search) = search(begin + k * GROUP + i);
+                    rays.set(i, &ray, search.t_max());
+                    search
+                }));
+            }
+            self.search_batch(&mut searches, &mut scratch);
+            for (i, search) in searches.iter().enumerate() {
+                found(begin + i, search);
+            }
         }
+        SCRATCH.set(Some(scratch));
     }
 
     /// Of its own for each kind of search, but not for each caller: it is much code.
-    fn search_many<S: Search>(&self, rays: &[Ray], searches: &mut [S]) {
+    fn search_batch<S: Search>(&self, searches: &mut [S], scratch: &mut Scratch) {
         self.kernel.run(CastMany {
             geometry: self,
-            rays,
             searches,
+            scratch,
         });
     }
 }
 
-/// Many rays, for a kernel.
+/// Up to [`BATCH`] rays, for a kernel.
 struct CastMany<'a, S> {
     geometry: &'a Geometry,
-    rays: &'a [Ray],
     searches: &'a mut [S],
+    scratch: &'a mut Scratch,
 }
 
 impl<S: Search> Task for CastMany<'_, S> {
@@ -92,123 +117,97 @@ impl<S: Search> Task for CastMany<'_, S> {
     fn run<L: Lanes>(self) {
         let Self {
             geometry,
-            rays,
             searches,
+            scratch,
         } = self;
         match &geometry.accel {
-            Accel::Bvh { tree, spheres } if L::MANY && rays.len() > FEW => {
+            Accel::Bvh { tree, spheres } if L::MANY && searches.len() > FEW => {
                 let runs = geometry.primitives.triangles.runs();
-                let mut scratch = SCRATCH.take().unwrap_or_default();
-                let batches = rays.chunks(BATCH).zip(searches.chunks_mut(BATCH));
-                for (rays, searches) in batches {
-                    cast_batch::<L, S>(runs, tree, rays, searches, &mut scratch);
-                }
-                SCRATCH.set(Some(scratch));
-                for (ray, search) in rays.iter().zip(searches) {
-                    geometry.search_spheres(spheres.as_ref(), ray, search);
+                cast_batch::<L, S>(runs, tree, searches, scratch);
+                if !geometry.primitives.spheres.is_empty() {
+                    for (i, search) in searches.iter_mut().enumerate() {
+                        let ray = scratch.rays[i / GROUP].get(i % GROUP);
+                        geometry.search_spheres(spheres.as_ref(), &ray, search);
+                    }
                 }
             }
             _ => {
-                for (ray, search) in rays.iter().zip(searches) {
-                    geometry.search_with::<L>(ray, search);
+                for (i, search) in searches.iter_mut().enumerate() {
+                    let ray = scratch.rays[i / GROUP].get(i % GROUP);
+                    geometry.search_with::<L>(&ray, search);
                 }
             }
         }
     }
 }
 
-/// Casts up to [`BATCH`] rays through the tree over triangles, one octant after the other.
+/// Casts rays through the tree over triangles, one octant after the other.
 #[inline(always)]
 fn cast_batch<L: Lanes, S: Search>(
     runs: &TriangleRuns,
     tree: &Bvh,
-    rays: &[Ray],
     searches: &mut [S],
     scratch: &mut Scratch,
 ) {
     let Scratch {
+        columns,
+        rays,
+        flights,
+        octants,
         lists,
-        waiting,
         pairs,
-        hits,
     } = scratch;
-    let mut flights = Vec::with_capacity(rays.len());
-    // What misses the tree comes last, in a list of its own.
-    let mut counts = [0usize; OCTANTS + 1];
-    let (mut steps, mut last) = (0.0, rays[0].origin);
-    for (ray, search) in rays.iter().zip(&mut *searches) {
-        steps += (ray.origin - last).length();
-        last = ray.origin;
-        let (mut along, octant, is_met) = tree.along(ray);
-        let mut sheared = ShearedRay::new(ray);
-        along.set_t_max(search.t_max());
-        sheared.set_t_max(search.t_max());
-        let octant = if is_met { octant } else { OCTANTS };
-        counts[octant] += 1;
-        flights.push(Flight {
-            along,
-            sheared,
-            search,
-            octant: octant as u8,
-        });
+    let rays = &rays[..searches.len().div_ceil(GROUP)];
+    let mut steps = 0.0;
+    octants.clear();
+    for (k, (rays, flights)) in rays.iter().zip(flights.iter_mut()).enumerate() {
+        let count = GROUP.min(searches.len() - k * GROUP);
+        rays.prepare::<L>(tree, (k * GROUP, count), columns, flights, octants);
+        steps += (rays.get(0).origin - rays.get(1 % count).origin).length();
     }
-    let mut begins = [0; OCTANTS + 1];
-    for i in 1..=OCTANTS {
-        begins[i] = begins[i - 1] + counts[i - 1];
-    }
-    let mut items = vec![0; rays.len()];
-    for (i, flight) in flights.iter().enumerate() {
-        let at = &mut begins[usize::from(flight.octant)];
-        items[*at] = i as u16;
-        *at += 1;
-    }
+    let step = steps / rays.len() as f32;
     let mut batch = Batch {
         runs,
-        flights,
-        waiting,
-        count: 0,
+        flights: flights.as_flattened_mut(),
+        searches,
         pairs,
-        hits,
     };
-    let step = steps / rays.len() as f32;
-    let mut begin = 0;
-    for (octant, &end) in begins[..OCTANTS].iter().enumerate() {
-        let items = &items[begin..end];
-        tree.walk_stream::<L>((octant, step), items, lists, &mut batch);
-        begin = end;
+    for octant in 0..OCTANTS {
+        tree.walk_stream::<L>((octant, step), octants.items(octant), lists, &mut batch);
     }
     batch.settle();
-}
-
-/// A ray under way.
-#[repr(C, align(64))]
-struct Flight<'a, S> {
-    along: Along,
-    sheared: ShearedRay,
-    search: &'a mut S,
-    octant: u8,
 }
 
 /// Rays on their way through the tree over triangles.
 struct Batch<'a, S> {
     runs: &'a TriangleRuns,
-    flights: Vec<Flight<'a, S>>,
-    /// Pairs that wait for the exact test: from the lowest bit, 32 of the triangle's place, 8 of
-    /// its stride, 16 of the ray.
-    waiting: &'a mut Waiting,
-    count: usize,
+    flights: &'a mut [Flight],
+    searches: &'a mut [S],
+    /// Pairs that wait for the exact test.
     pairs: &'a mut Pairs,
-    hits: &'a mut PairHits,
 }
 
-type Waiting = [u64; WAIT + 8 * (VISIT + 2)];
+/// What a pair is called: from the lowest bit, 32 of the triangle's place, 8 of its stride, 16 of the ray.
+#[inline(always)]
+fn name(item: u16, place: Place) -> u64 {
+    u64::from(item) << 40 | u64::from(place.count) << 32 | u64::from(place.at)
+}
+
+/// The ray and the triangle that are called so.
+#[inline(always)]
+fn named(name: u64) -> (u16, Place) {
+    let (at, count) = (name as u32, (name >> 32) as u32 & 0xff);
+    ((name >> 40) as u16, Place { at, count })
+}
 
 /// What batches use one after the other: clearing it for each would take longer than a few rays do.
 struct Scratch {
+    columns: [[Floats; 8]; 2],
+    rays: Vec<RayGroup>,
+    flights: Vec<[Flight; GROUP]>,
+    octants: Octants,
     lists: Lists,
-    waiting: Waiting,
     pairs: Pairs,
-    hits: PairHits,
 }
 
 thread_local! {
@@ -218,45 +217,17 @@ thread_local! {
 impl Default for Scratch {
     fn default() -> Self {
         Self {
+            columns: [[[0.0; GROUP]; 8]; 2],
+            rays: vec![RayGroup::default(); BATCH / GROUP],
+            flights: vec![[Flight::default(); GROUP]; BATCH / GROUP],
+            octants: Octants::default(),
             lists: Lists::default(),
-            waiting: [0; _],
-            pairs: Pairs::new(),
-            hits: PairHits::new(),
+            pairs: Pairs::default(),
         }
     }
 }
 
 impl<S: Search> Batch<'_, S> {
-    /// Meets the triangles of a leaf with eight rays at a time.
-    #[inline(always)]
-    fn visit_group<L: Lanes>(&mut self, items: &[u16; 8], first: u32, count: u32) {
-        let ray = |i: usize| &self.flights[usize::from(items[i])].sheared;
-        let rays = [
-            ray(0),
-            ray(1),
-            ray(2),
-            ray(3),
-            ray(4),
-            ray(5),
-            ray(6),
-            ray(7),
-        ];
-        let rays = ShearedRays::<L>::new(rays, S::LIMIT);
-        let eight = bvh::in_a_row(items);
-        for lane in 0..count {
-            let place = Place::new(first, count).after(lane);
-            let found = self.runs.candidate_rays(&rays, place);
-            let mask = found.mask;
-            let mut hit = [0; 8];
-            L::compress(eight, mask as usize, &mut hit);
-            let pair = u64::from(count) << 32 | u64::from(place.at);
-            if let Some(to) = self.waiting[self.count..].first_chunk_mut::<8>() {
-                *to = hit.map(|item| u64::from(item) << 40 | pair);
-            }
-            self.count += mask.count_ones() as usize;
-        }
-    }
-
     /// Meets the triangles of a leaf at once with one ray at a time.
     #[inline(always)]
     fn visit_each<L: Lanes>(&mut self, items: &[u16], first: u32, count: u32) {
@@ -267,60 +238,34 @@ impl<S: Search> Batch<'_, S> {
         let run = self.runs.run::<L>(first, count);
         for &item in items {
             let flight = &self.flights[usize::from(item)];
-            let mask = run
-                .candidates(&flight.sheared, flight.along.t_max() * S::LIMIT)
-                .mask;
-            let pair = u64::from(item) << 40 | u64::from(count) << 32 | u64::from(place.at);
-            if let Some(to) = self.waiting[self.count..].first_chunk_mut::<8>() {
-                *to = SET_BITS[mask as usize & 0xff].map(|lane| pair + u64::from(lane));
-            }
-            self.count += mask.count_ones() as usize;
+            let limit = flight.along.t_max() * S::LIMIT;
+            let found = run.candidates(&flight.sheared, limit);
+            let name = name(item, place);
+            let lanes = SET_BITS[found.mask as usize & 0xff];
+            self.pairs
+                .add(&found, lanes.map(|lane| name + u64::from(lane)));
         }
     }
 
     /// Tests all pairs that wait.
     #[inline(always)]
     fn settle(&mut self) {
-        let runs = self.runs;
-        for begin in (0..self.count).step_by(ROOM) {
-            let pairs = &self.waiting[begin..self.count.min(begin + ROOM)];
-            let parts = |pair: u64| {
-                let count = (pair >> 32) as u32 & 0xff;
-                (
-                    (pair >> 40) as usize,
-                    Place {
-                        at: pair as u32,
-                        count,
-                    },
-                )
-            };
-            for (k, &pair) in pairs.iter().enumerate() {
-                let (i, place) = parts(pair);
-                let flight = &self.flights[i];
-                self.pairs.set(
-                    k,
-                    &flight.sheared,
-                    runs,
-                    place,
-                    flight.along.t_max() * S::LIMIT,
-                );
-            }
-            self.pairs.test(pairs.len(), self.hits);
-            for (k, &pair) in pairs.iter().enumerate() {
-                let (i, place) = parts(pair);
-                let flight = &mut self.flights[i];
-                if let Some(hit) = self
-                    .hits
-                    .get(k, &flight.sheared, || runs.triangle_at(place))
-                {
-                    let face = Face(runs.tag_at(place));
-                    flight.search.offer(hit.t, face, [hit.b1, hit.b2]);
-                    flight.along.set_t_max(flight.search.t_max());
-                    flight.sheared.set_t_max(flight.search.t_max());
-                }
+        self.pairs.test();
+        for k in 0..self.pairs.count() {
+            let (name, hit, is_clear) = self.pairs.found(k);
+            let (item, place) = named(name);
+            let flight = &mut self.flights[usize::from(item)];
+            let search = &mut self.searches[usize::from(item)];
+            if hit.t > 0.0
+                && hit.t <= search.limit()
+                && (is_clear || flight.sheared.meets_plane(self.runs.triangle_at(place)))
+            {
+                let face = Face(self.runs.tag_at(place));
+                search.offer(hit.t, face, [hit.b1, hit.b2]);
+                flight.set_t_max(search.t_max());
             }
         }
-        self.count = 0;
+        self.pairs.clear();
     }
 }
 
@@ -332,21 +277,50 @@ impl<S: Search> Stream for Batch<'_, S> {
 
     #[inline(always)]
     fn visit<L: Lanes>(&mut self, items: &[u16], first: u32, count: u32) {
-        for items in items.chunks(VISIT) {
-            let (groups, rest) = items.as_chunks::<8>();
-            for items in groups {
-                self.visit_group::<L>(items, first, count);
-            }
-            self.visit_each::<L>(rest, first, count);
-            if self.count >= WAIT {
+        for items in items.chunks(8) {
+            self.visit_each::<L>(items, first, count);
+            if self.pairs.are_enough() {
                 self.settle();
             }
         }
     }
 
     #[inline(always)]
-    fn octant(&self, item: u16) -> Octant {
-        usize::from(self.flights[usize::from(item)].octant) % OCTANTS
+    fn boxes(&self, first: u32, count: u32, center: Vec3) -> [[[f32; 8]; 2]; 3] {
+        self.runs.boxes(first, count, center)
+    }
+
+    #[inline(always)]
+    fn visit_one<L: Lanes>(&mut self, items: &[u16], first: u32, count: u32, place: u32) {
+        let place = Place::new(first, count).after(place);
+        let triangle = self.runs.triangle_at(place);
+        for items in items.chunks(8) {
+            let mut eight = [items[0]; 8];
+            match items.first_chunk() {
+                Some(items) => eight = *items,
+                None => eight[..items.len()].copy_from_slice(items),
+            }
+            let ray = |i: usize| &self.flights[usize::from(eight[i])].sheared;
+            let rays = [
+                ray(0),
+                ray(1),
+                ray(2),
+                ray(3),
+                ray(4),
+                ray(5),
+                ray(6),
+                ray(7),
+            ];
+            let rays = ShearedRays::<L>::new(rays, S::LIMIT);
+            if let Some(found) = rays.candidates(triangle, (1 << items.len()) - 1) {
+                let mut hit = [0; 8];
+                L::compress(bvh::in_a_row(&eight), found.mask as usize, &mut hit);
+                self.pairs.add(&found, hit.map(|item| name(item, place)));
+            }
+            if self.pairs.are_enough() {
+                self.settle();
+            }
+        }
     }
 
     #[inline(always)]

@@ -2,6 +2,7 @@
 //! at edges. f32 throughout, no absolute tolerance: a scene scaled by 2ᵏ is hit at `t` scaled by
 //! 2ᵏ, bit for bit.
 
+mod candidates;
 mod pairs;
 mod quad;
 mod runs;
@@ -10,10 +11,11 @@ mod triangle;
 
 use glam::{DVec3, Vec3};
 
-pub(crate) use pairs::{PairHits, Pairs, ROOM};
+pub(crate) use candidates::ShearedRays;
+pub(crate) use pairs::Pairs;
 pub use quad::Quad;
 pub use runs::TriangleRuns;
-pub(crate) use runs::{Place, RunId, ShearedRays};
+pub(crate) use runs::{Place, RunId};
 pub use sphere::Sphere;
 pub(crate) use triangle::edge;
 pub use triangle::{ShearedRay, TriangleHit};

@@ -1,115 +1,108 @@
-//! Pairs of a ray and a triangle that may be a hit, tested eight at a time.
+//! Pairs of a ray and a triangle that may be a hit, gathered until they are tested side by side.
 
-use glam::Vec3;
+use super::candidates::Candidates;
+use super::triangle::{Exact, TriangleHit};
+use crate::simd::Lanes;
 
-use super::runs::{Place, TriangleRuns};
-use super::triangle::{Exact, ShearedRay, TriangleHit, is_surely_ahead};
+/// So many pairs are worth a test.
+const ENOUGH: usize = 16;
 
-/// Most pairs.
-pub(crate) const ROOM: usize = 128;
+/// Most pairs that are added before [`Pairs::are_enough`] is asked again: eight rays and eight triangles.
+const MORE: usize = 64;
 
-/// Pairs: the triangles' vertices and the rays, axes in the order of each ray.
+/// The last may be written with seven that mean nothing behind it.
+const ROOM: usize = ENOUGH + MORE + 16;
+
+/// Pairs, each with a name of the caller's.
 pub(crate) struct Pairs {
-    /// By vertex and axis.
+    names: [u64; ROOM],
+    /// In the rays' coordinates, by vertex and axis.
     vertices: [[[f32; ROOM]; 3]; 3],
-    origin: [[f32; ROOM]; 3],
-    shear: [[f32; ROOM]; 3],
-    t_max: [f32; ROOM],
-}
-
-/// What was found.
-pub(crate) struct PairHits {
+    count: usize,
+    /// What the test found.
     t: [f32; ROOM],
     b1: [f32; ROOM],
     b2: [f32; ROOM],
     is_clear: [u32; ROOM],
 }
 
-impl Pairs {
-    pub fn new() -> Self {
+impl Default for Pairs {
+    fn default() -> Self {
         Self {
+            names: [0; ROOM],
             vertices: [[[0.0; ROOM]; 3]; 3],
-            origin: [[0.0; ROOM]; 3],
-            shear: [[0.0; ROOM]; 3],
-            t_max: [0.0; ROOM],
-        }
-    }
-
-    /// Puts a pair in its place.
-    #[inline(always)]
-    pub fn set(
-        &mut self,
-        i: usize,
-        ray: &ShearedRay,
-        runs: &TriangleRuns,
-        place: Place,
-        t_max: f32,
-    ) {
-        let i = i % ROOM;
-        let (axes, origin, shear) = (ray.axes(), ray.origin(), ray.shears());
-        for k in 0..3 {
-            for v in 0..3 {
-                self.vertices[v][k][i] = runs.coordinate(place, 3 * v + axes[k]);
-            }
-            self.origin[k][i] = origin[k];
-            self.shear[k][i] = shear[k];
-        }
-        self.t_max[i] = t_max;
-    }
-
-    /// Tests them all, as [`ShearedRay::triangle`] does one.
-    #[inline(always)]
-    pub fn test(&self, count: usize, hits: &mut PairHits) {
-        let count = count.next_multiple_of(8).min(ROOM);
-        for i in 0..count {
-            let vertex = |v: usize| {
-                let from = |k: usize| self.vertices[v][k][i] - self.origin[k][i];
-                let (x, y, z) = (from(0), from(1), from(2));
-                [
-                    x - self.shear[0][i] * z,
-                    y - self.shear[1][i] * z,
-                    self.shear[2][i] * z,
-                ]
-            };
-            let exact = Exact::new(vertex(0), vertex(1), vertex(2), self.t_max[i]);
-            (hits.t[i], hits.b1[i], hits.b2[i]) = (exact.hit.t, exact.hit.b1, exact.hit.b2);
-            hits.is_clear[i] = u32::from(exact.is_clear);
-        }
-        // In a loop of its own, or the compiler makes neither wide.
-        for i in 0..count {
-            let wide = |v: &[[f32; ROOM]; 3]| [v[0][i].into(), v[1][i].into(), v[2][i].into()];
-            let [a, b, c] = &self.vertices;
-            let shear = [self.shear[0][i], self.shear[1][i], self.shear[2][i]];
-            let is_ahead = is_surely_ahead([wide(a), wide(b), wide(c)], wide(&self.origin), shear);
-            hits.is_clear[i] |= u32::from(is_ahead);
-        }
-    }
-}
-
-impl PairHits {
-    pub fn new() -> Self {
-        Self {
+            count: 0,
             t: [0.0; ROOM],
             b1: [0.0; ROOM],
             b2: [0.0; ROOM],
             is_clear: [0; ROOM],
         }
     }
+}
 
-    /// The hit of a pair; `triangle` is asked for where it is not clear.
+impl Pairs {
+    /// How many.
     #[inline(always)]
-    pub fn get(
-        &self,
-        i: usize,
-        ray: &ShearedRay,
-        triangle: impl FnOnce() -> [Vec3; 3],
-    ) -> Option<TriangleHit> {
-        let i = i % ROOM;
+    pub fn count(&self) -> usize {
+        self.count.min(ROOM)
+    }
+
+    /// Whether they should be tested.
+    #[inline(always)]
+    pub fn are_enough(&self) -> bool {
+        self.count >= ENOUGH
+    }
+
+    /// Takes all out.
+    #[inline(always)]
+    pub fn clear(&mut self) {
+        self.count = 0;
+    }
+
+    /// Adds candidates, named in their order.
+    #[inline(always)]
+    pub fn add<L: Lanes>(&mut self, candidates: &Candidates<L>, names: [u64; 8]) {
+        let at = self.count;
+        let [a, b, c] = candidates.front();
+        for (vertex, to) in [a, b, c].iter().zip(&mut self.vertices) {
+            for axis in 0..3 {
+                if let Some(to) = to[axis][at..].first_chunk_mut() {
+                    *to = vertex[axis].store();
+                }
+            }
+        }
+        if let Some(to) = self.names[at..].first_chunk_mut() {
+            *to = names;
+        }
+        self.count += candidates.mask.count_ones() as usize;
+    }
+
+    /// Tests them all, as [`super::ShearedRay::triangle`] does one.
+    #[inline(always)]
+    pub fn test(&mut self) {
+        let count = self.count.next_multiple_of(8).min(ROOM);
+        for i in 0..count {
+            let [a, b, c] = &self.vertices;
+            let exact = Exact::new(
+                [a[0][i], a[1][i], a[2][i]],
+                [b[0][i], b[1][i], b[2][i]],
+                [c[0][i], c[1][i], c[2][i]],
+                f32::INFINITY,
+            );
+            (self.t[i], self.b1[i], self.b2[i]) = (exact.hit.t, exact.hit.b1, exact.hit.b2);
+            self.is_clear[i] = u32::from(exact.is_clear);
+        }
+    }
+
+    /// A pair's name, what the test found, and whether that is clear without asking
+    /// [`super::ShearedRay::meets_plane`].
+    #[inline(always)]
+    pub fn found(&self, i: usize) -> (u64, TriangleHit, bool) {
         let hit = TriangleHit {
             t: self.t[i],
             b1: self.b1[i],
             b2: self.b2[i],
         };
-        (hit.t > 0.0 && (self.is_clear[i] != 0 || ray.meets_plane(triangle()))).then_some(hit)
+        (self.names[i], hit, self.is_clear[i] != 0)
     }
 }

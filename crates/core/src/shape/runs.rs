@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 
-use super::triangle::{Exact, ShearedRay, TriangleHit};
-use crate::math::gamma;
+use super::candidates::{Apart, Candidates, Run};
+use super::triangle::{ShearedRay, TriangleHit};
 use crate::simd::Lanes;
 
 /// Words per triangle: nine coordinates and a tag.
@@ -162,16 +162,41 @@ impl TriangleRuns {
         }
     }
 
-    /// The rays of a group that might hit a triangle of a run, a bit for each.
+    /// The boxes of a run's triangles relative to a centre, rounded outward: by axis the lower planes
+    /// of all, the upper planes. A triangle that there is not has an empty box.
     #[inline(always)]
-    pub(crate) fn candidate_rays<L: Lanes>(
-        &self,
-        rays: &ShearedRays<L>,
-        place: Place,
-    ) -> Candidates<L> {
-        let [a, b, c] = self.triangle_at(place);
-        let vertices = [rays.shear(a), rays.shear(b), rays.shear(c)];
-        Candidates::of(vertices, rays.t_max, 0xff)
+    pub(crate) fn boxes(&self, first: u32, count: u32, center: Vec3) -> [[[f32; 8]; 2]; 3] {
+        let n = count as usize;
+        let words = &self.words[first as usize * WORDS..][..9 * n + Self::MAX];
+        let mut boxes = [[[f32::INFINITY; 8], [f32::NEG_INFINITY; 8]]; 3];
+        for axis in 0..3 {
+            let row = |v: usize| words[(3 * v + axis) * n..].first_chunk::<8>();
+            let (Some(a), Some(b), Some(c)) = (row(0), row(1), row(2)) else {
+                continue;
+            };
+            let center = center[axis];
+            let [lower, upper] = &mut boxes[axis];
+            for i in 0..8 {
+                let (a, b, c) = (a[i], b[i], c[i]);
+                let min = if a < b { a } else { b };
+                let min = if c < min { c } else { min };
+                let max = if a > b { a } else { b };
+                let max = if c > max { c } else { max };
+                let (min, max) = (min - center, max - center);
+                let there = i < n;
+                lower[i] = if there {
+                    min - min.abs() * f32::EPSILON
+                } else {
+                    f32::INFINITY
+                };
+                upper[i] = if there {
+                    max + max.abs() * f32::EPSILON
+                } else {
+                    f32::NEG_INFINITY
+                };
+            }
+        }
+        boxes
     }
 
     /// Asks for a run's memory.
@@ -248,127 +273,6 @@ fn fill<T: Sync>(
     }
 }
 
-/// Eight rays, side by side.
-pub(crate) struct ShearedRays<L> {
-    origin: [L; 3],
-    shear: [L; 3],
-    longest: L,
-    t_max: L,
-}
-
-impl<L: Lanes> ShearedRays<L> {
-    /// With the distances that were set, times a factor.
-    #[inline(always)]
-    pub fn new(rays: [&ShearedRay; 8], factor: f32) -> Self {
-        let [a, b, c, d, e, f, g, h] = rays;
-        let rows = [&a.0, &b.0, &c.0, &d.0, &e.0, &f.0, &g.0, &h.0];
-        let [ox, oy, oz, sx, sy, sz, longest, t_max] = L::transpose(rows);
-        Self {
-            origin: [ox, oy, oz],
-            shear: [sx, sy, sz],
-            longest,
-            t_max: t_max.mul(L::splat(factor)),
-        }
-    }
-
-    /// A vertex in each ray's coordinates, as by `ShearedRay::shear` operation by operation.
-    #[inline(always)]
-    fn shear(&self, v: Vec3) -> [L; 3] {
-        let [x, y, z] = L::sort_axes(v.to_array(), self.longest);
-        let along = z.sub(self.origin[2]);
-        [
-            x.sub(self.origin[0]).sub(self.shear[0].mul(along)),
-            y.sub(self.origin[1]).sub(self.shear[1].mul(along)),
-            self.shear[2].mul(along),
-        ]
-    }
-}
-
-/// Pairs of a ray and a triangle that may be a hit: a ray and triangles, or a triangle and rays.
-pub(crate) struct Candidates<L> {
-    /// A bit for each.
-    pub mask: u32,
-    /// The vertices in the ray's coordinates.
-    vertices: [[L; 3]; 3],
-}
-
-impl<L: Lanes> Candidates<L> {
-    #[inline(always)]
-    fn of([a, b, c]: [[L; 3]; 3], t_max: L, all: u32) -> Self {
-        let (u, v, w) = (edge(b, c), edge(c, a), edge(a, b));
-        let zero = L::splat(0.0);
-        let disagree = u.min(v).min(w).lt(zero) & zero.lt(u.max(v).max(w));
-        // t is an average of the depths, to within its rounding.
-        let (nearest, farthest) = (a[2].min(b[2]).min(c[2]), a[2].max(b[2]).max(c[2]));
-        let beyond = t_max.lt(nearest.mul(L::splat(1.0 - gamma(16))));
-        let behind = farthest.le(zero);
-        Self {
-            mask: !(disagree | beyond | behind) & all,
-            vertices: [a, b, c],
-        }
-    }
-
-    /// The pairs one by one.
-    #[inline(always)]
-    pub fn apart(&self) -> Apart {
-        let [a, b, c] = self.vertices;
-        Apart([
-            [a[0].store(), a[1].store(), a[2].store()],
-            [b[0].store(), b[1].store(), b[2].store()],
-            [c[0].store(), c[1].store(), c[2].store()],
-        ])
-    }
-}
-
-/// Triangles in rays' coordinates: by vertex, axis and pair.
-#[derive(Clone, Copy, Default)]
-pub(crate) struct Apart([[[f32; TriangleRuns::MAX]; 3]; 3]);
-
-impl Apart {
-    /// What the sheared vertices of a candidate tell of its hit.
-    #[inline(always)]
-    fn hit(&self, lane: u32, t_max: f32) -> Option<(TriangleHit, bool)> {
-        let i = lane as usize % TriangleRuns::MAX;
-        let [a, b, c] = &self.0;
-        Exact::new(
-            [a[0][i], a[1][i], a[2][i]],
-            [b[0][i], b[1][i], b[2][i]],
-            [c[0][i], c[1][i], c[2][i]],
-            t_max,
-        )
-        .hit()
-    }
-}
-
-/// Up to eight triangles: by vertex, coordinates.
-pub(crate) struct Run<L> {
-    rows: [[L; 3]; 3],
-    /// A bit for each.
-    all: u32,
-}
-
-impl<L: Lanes> Run<L> {
-    /// See [`TriangleRuns::candidates`].
-    #[inline(always)]
-    pub fn candidates(&self, ray: &ShearedRay, t_max: f32) -> Candidates<L> {
-        let [a, b, c] = [self.shear(0, ray), self.shear(1, ray), self.shear(2, ray)];
-        Candidates::of([a, b, c], L::splat(t_max), self.all)
-    }
-
-    /// One vertex of all triangles, as by `ShearedRay::shear` operation by operation.
-    #[inline(always)]
-    fn shear(&self, v: usize, ray: &ShearedRay) -> [L; 3] {
-        let ([x, y, z], rows) = (ray.axes(), &self.rows[v]);
-        let ([ox, oy, oz], [sx, sy, sz]) = (ray.origin(), ray.shears());
-        let along = rows[z].sub(L::splat(oz));
-        [
-            rows[x].sub(L::splat(ox)).sub(L::splat(sx).mul(along)),
-            rows[y].sub(L::splat(oy)).sub(L::splat(sy).mul(along)),
-            L::splat(sz).mul(along),
-        ]
-    }
-}
-
 /// Eight words in a row.
 #[inline(always)]
 fn row<L: Lanes>(words: &[f32], at: usize) -> L {
@@ -376,12 +280,6 @@ fn row<L: Lanes>(words: &[f32], at: usize) -> L {
         Some(row) => L::load(row),
         None => L::splat(0.0),
     }
-}
-
-/// As `edge` in triangle.rs.
-#[inline(always)]
-fn edge<L: Lanes>(p: [L; 3], q: [L; 3]) -> L {
-    q[0].mul(p[1]).sub(q[1].mul(p[0]))
 }
 
 #[cfg(test)]

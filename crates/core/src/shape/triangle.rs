@@ -6,7 +6,7 @@
 //! a·b−c·d into a fused operation by itself, which would break that.) Edge functions of 0 are decided, and
 //! those of hits refined, in f64, where the products are exact.
 
-use glam::{BVec4A, DVec3, Vec3, Vec4, Vec4Swizzles};
+use glam::{DVec3, Vec3};
 
 use crate::math::Ray;
 use crate::planted::{self, Bug};
@@ -18,7 +18,7 @@ use crate::planted::{self, Bug};
 /// hit counts.
 #[derive(Clone, Copy, Debug, Default)]
 #[repr(align(32))]
-pub struct ShearedRay(pub(super) [f32; 8]);
+pub struct ShearedRay(pub(crate) [f32; 8]);
 
 /// The axes in the order x', y', z', with z' a certain one.
 pub(super) const AXES: [[usize; 3]; 4] = [[1, 2, 0], [2, 0, 1], [0, 1, 2], [0, 1, 2]];
@@ -41,17 +41,29 @@ impl ShearedRay {
     /// Prepares a ray; its `t_max` is not used.
     #[inline(always)]
     pub fn new(ray: &Ray) -> Self {
-        let (d, o) = (ray.dir.extend(0.0), ray.origin.extend(0.0));
         let a = ray.dir.abs();
         // Chosen without a branch, which no one could foresee.
         let is_z = a.z > if a.y > a.x { a.y } else { a.x };
         let is_y = (a.y > a.x) & !is_z;
         let longest = if is_z { 2 } else { u32::from(is_y) };
-        let (is_z, is_y) = (BVec4A::splat(is_z), BVec4A::splat(is_y));
-        let sorted = |v: Vec4| Vec4::select(is_z, v, Vec4::select(is_y, v.zxyw(), v.yzxw()));
-        let (d, o) = (sorted(d), sorted(o));
-        let shear = Vec4::new(d.x, d.y, 1.0, 1.0) / d.z;
-        let [[ox, oy, oz, _], [sx, sy, sz, _]] = [o.to_array(), shear.to_array()];
+        let sorted = |v: Vec3| {
+            let either = |z: f32, y: f32, x: f32| {
+                if is_z {
+                    z
+                } else if is_y {
+                    y
+                } else {
+                    x
+                }
+            };
+            [
+                either(v.x, v.z, v.y),
+                either(v.y, v.x, v.z),
+                either(v.z, v.y, v.x),
+            ]
+        };
+        let ([ox, oy, oz], [x, y, z]) = (sorted(ray.origin), sorted(ray.dir));
+        let (sx, sy, sz) = (x / z, y / z, 1.0 / z);
         Self([ox, oy, oz, sx, sy, sz, f32::from_bits(longest), ray.t_max])
     }
 
@@ -105,7 +117,7 @@ impl ShearedRay {
     /// far end of a long triangle even f64 might not tell the sides apart, nor with a normal that
     /// has lost digits because its edges are long and all but parallel.
     #[inline(always)]
-    pub(super) fn meets_plane(&self, [a, b, c]: [Vec3; 3]) -> bool {
+    pub(crate) fn meets_plane(&self, [a, b, c]: [Vec3; 3]) -> bool {
         let [x, y, z] = self.axes();
         let sorted = |v: Vec3| DVec3::new(v[x].into(), v[y].into(), v[z].into());
         let (a, b, c) = (sorted(a), sorted(b), sorted(c));
@@ -131,7 +143,7 @@ impl ShearedRay {
 /// the order of the ray's axes. Ten bits more than rounding takes are asked for, so that
 /// [`ShearedRay::meets_plane`] would say the same with any vertex.
 #[inline(always)]
-pub(super) fn is_surely_ahead([a, b, c]: [[f64; 3]; 3], o: [f64; 3], shear: [f32; 3]) -> bool {
+fn is_surely_ahead([a, b, c]: [[f64; 3]; 3], o: [f64; 3], shear: [f32; 3]) -> bool {
     let [sx, sy, sz] = shear.map(f64::from);
     let (p, q) = (
         [b[0] - a[0], b[1] - a[1], b[2] - a[2]],
@@ -226,7 +238,7 @@ impl Exact {
                 b1: (v / det) as f32,
                 b2: (w / det) as f32,
             },
-            is_clear: is_clear([a, b, c], det as f32),
+            is_clear: is_clear([a, b, c], det as f32, t),
         }
     }
 
@@ -241,13 +253,15 @@ impl Exact {
 /// vertices. Depths have but their own rounding, a few 2⁻²⁴ of them; the other coordinates that of
 /// what was subtracted, as much of the depth and themselves. So much at each vertex, and a factor of
 /// 2⁸ more, leaves the sign of `det`, and puts the hit off by no more than a part in 2⁸ of the
-/// way from one vertex to another, which stays ahead if all depths are alike to within that.
+/// way from one vertex to another, which stays ahead if all depths are alike to within that, or if the
+/// hit is farther than a part in 2⁴ of the farthest vertex is in either direction.
 #[inline(always)]
-fn is_clear([a, b, c]: [Sheared; 3], det: f32) -> bool {
+fn is_clear([a, b, c]: [Sheared; 3], det: f32, t: f32) -> bool {
     let largest = |axis: usize| a[axis].abs().max(b[axis].abs()).max(c[axis].abs());
-    let extent = largest(0).max(largest(1));
-    let (near, far) = (a[2].min(b[2]).min(c[2]), a[2].max(b[2]).max(c[2]));
-    (near > far * (1.0 / 256.0)) & (det.abs() > (far + extent) * extent * (1.0 / 4096.0))
+    let (extent, far) = (largest(0).max(largest(1)), largest(2));
+    let near = a[2].min(b[2]).min(c[2]);
+    ((near > far * (1.0 / 256.0)) | (t > far * (1.0 / 16.0)))
+        & (det.abs() > (far + extent) * extent * (1.0 / 4096.0))
 }
 
 #[cfg(test)]

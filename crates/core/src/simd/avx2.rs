@@ -2,15 +2,16 @@
 #![expect(unsafe_code, reason = "vendor intrinsics are unsafe to call")]
 
 use std::arch::x86_64::{
-    __m256, __m256i, _CMP_LE_OQ, _CMP_LT_OQ, _MM_HINT_T0, _mm_load_si128, _mm_prefetch,
-    _mm_set_epi64x, _mm_setr_ps, _mm_shuffle_epi8, _mm_storeu_si128, _mm256_add_ps,
+    __m256, __m256i, _CMP_LE_OQ, _CMP_LT_OQ, _MM_HINT_T0, _mm_load_si128, _mm_loadu_si128,
+    _mm_prefetch, _mm_set_epi64x, _mm_setr_ps, _mm_shuffle_epi8, _mm_storeu_si128, _mm256_add_ps,
     _mm256_andnot_si256, _mm256_blend_epi32, _mm256_broadcast_ps, _mm256_castps_si256,
-    _mm256_castsi256_ps, _mm256_cmp_ps, _mm256_fmadd_ps, _mm256_loadu_ps, _mm256_loadu_si256,
-    _mm256_max_epi32, _mm256_max_ps, _mm256_min_epi32, _mm256_min_ps, _mm256_movemask_ps,
-    _mm256_mul_ps, _mm256_or_si256, _mm256_permute2f128_ps, _mm256_permute2x128_si256,
-    _mm256_permutevar8x32_epi32, _mm256_permutevar8x32_ps, _mm256_set1_epi32, _mm256_set1_ps,
-    _mm256_setr_epi32, _mm256_shuffle_epi32, _mm256_shuffle_ps, _mm256_storeu_ps,
-    _mm256_storeu_si256, _mm256_sub_ps, _mm256_unpackhi_ps, _mm256_unpacklo_ps, _mm256_xor_si256,
+    _mm256_castsi256_ps, _mm256_cmp_ps, _mm256_cvtepu16_epi32, _mm256_div_ps, _mm256_fmadd_ps,
+    _mm256_loadu_ps, _mm256_loadu_si256, _mm256_max_epi32, _mm256_max_ps, _mm256_min_epi32,
+    _mm256_min_ps, _mm256_movemask_ps, _mm256_mul_ps, _mm256_or_si256, _mm256_permute2f128_ps,
+    _mm256_permute2x128_si256, _mm256_permutevar8x32_epi32, _mm256_permutevar8x32_ps,
+    _mm256_set1_epi32, _mm256_set1_ps, _mm256_setr_epi32, _mm256_shuffle_epi32, _mm256_shuffle_ps,
+    _mm256_storeu_ps, _mm256_storeu_si256, _mm256_sub_ps, _mm256_unpackhi_ps, _mm256_unpacklo_ps,
+    _mm256_xor_si256,
 };
 
 use super::{Lanes, SET_BITS};
@@ -60,6 +61,12 @@ impl Lanes for Avx2 {
     fn mul(self, b: Self) -> Self {
         // SAFETY: the machine has AVX; see the type.
         Self(unsafe { _mm256_mul_ps(self.0, b.0) })
+    }
+
+    #[inline(always)]
+    fn div(self, b: Self) -> Self {
+        // SAFETY: the machine has AVX; see the type.
+        Self(unsafe { _mm256_div_ps(self.0, b.0) })
     }
 
     #[inline(always)]
@@ -131,6 +138,18 @@ impl Lanes for Avx2 {
             let from = _mm_set_epi64x((from >> 64) as i64, from as i64);
             let order = _mm_load_si128(BYTES_OF_SET[mask % 256].0.as_ptr().cast());
             _mm_storeu_si128(to.as_mut_ptr().cast(), _mm_shuffle_epi8(from, order));
+        }
+    }
+
+    #[inline(always)]
+    fn front(self, mask: usize) -> Self {
+        // SAFETY: the machine has AVX2; 16 readable bytes.
+        unsafe {
+            let order = _mm_loadu_si128(SET_BITS[mask & 0xff].as_ptr().cast());
+            Self(_mm256_permutevar8x32_ps(
+                self.0,
+                _mm256_cvtepu16_epi32(order),
+            ))
         }
     }
 

@@ -146,6 +146,8 @@ pub(crate) trait Lanes: Copy {
     fn sub(self, b: Self) -> Self;
     /// a · b
     fn mul(self, b: Self) -> Self;
+    /// a / b
+    fn div(self, b: Self) -> Self;
     /// a · b + c, rounded once or twice.
     fn mul_add(self, b: Self, c: Self) -> Self;
     /// The smaller; no matter which if one is NaN.
@@ -169,6 +171,8 @@ pub(crate) trait Lanes: Copy {
     /// Of eight numbers of 16 bits, the first in the lowest bits: moves those whose bit in a mask
     /// is set to the front. What follows them means nothing.
     fn compress(from: u128, mask: usize, to: &mut [u16; 8]);
+    /// Moves the lanes whose bit in a mask is set to the front. What follows them means nothing.
+    fn front(self, mask: usize) -> Self;
     /// Eight rows as eight columns.
     fn transpose(rows: [&[f32; 8]; 8]) -> [Self; 8];
     /// The coordinates of a point, in each lane rotated so that the axis whose number, as an
@@ -217,6 +221,7 @@ mod test {
             assert_eq!(bits(x.add(y)), want(|a, b| a + b));
             assert_eq!(bits(x.sub(y)), want(|a, b| a - b));
             assert_eq!(bits(x.mul(y)), want(|a, b| a * b));
+            assert_eq!(bits(x.div(L::splat(3.0))), want(|a, _| a / 3.0));
             assert_eq!(x.min(y).store(), std::array::from_fn(|i| a[i].min(b[i])));
             assert_eq!(x.max(y).store(), std::array::from_fn(|i| a[i].max(b[i])));
             let mask =
@@ -247,6 +252,14 @@ mod test {
                 let mut got = [0; 8];
                 L::compress(row, mask, &mut got);
                 let want = (0..8).filter(|&i| mask >> i & 1 == 1).map(|i| items[i]);
+                assert!(
+                    want.eq(got[..mask.count_ones() as usize].iter().copied()),
+                    "{mask}"
+                );
+            }
+            for mask in 0..256 {
+                let got = x.front(mask).store();
+                let want = (0..8).filter(|&i| mask >> i & 1 == 1).map(|i| a[i]);
                 assert!(
                     want.eq(got[..mask.count_ones() as usize].iter().copied()),
                     "{mask}"

@@ -1,6 +1,6 @@
 //! Eight lanes as an array, for the compiler to spread over what registers there are.
 
-use super::Lanes;
+use super::{Lanes, SET_BITS};
 
 /// Eight f32.
 #[derive(Clone, Copy)]
@@ -61,6 +61,11 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
+    fn div(self, b: Self) -> Self {
+        self.map2(b, |a, b| a / b)
+    }
+
+    #[inline(always)]
     fn mul_add(self, b: Self, c: Self) -> Self {
         self.mul(b).add(c)
     }
@@ -114,6 +119,11 @@ impl Lanes for Portable {
             to[count & 7] = (from >> (16 * i)) as u16;
             count += mask >> i & 1;
         }
+    }
+
+    #[inline(always)]
+    fn front(self, mask: usize) -> Self {
+        Self(SET_BITS[mask & 0xff].map(|i| self.0[usize::from(i)]))
     }
 
     #[inline(always)]

@@ -5,6 +5,8 @@
 mod boxes;
 mod build;
 mod node;
+mod octants;
+mod part;
 mod partition;
 mod slopes;
 mod split;
@@ -25,8 +27,10 @@ pub use boxes::Ordered;
 pub use build::Built;
 
 pub(crate) use node::MAX_PRIMITIVES;
-pub(crate) use slopes::{Along, OCTANTS, Octant};
-pub(crate) use stream::{Lists, Stream, in_a_row};
+pub(crate) use octants::Octants;
+pub(crate) use part::in_a_row;
+pub(crate) use slopes::{Along, OCTANTS};
+pub(crate) use stream::{Lists, Stream};
 pub(crate) use walk::Leaves;
 
 /// Greatest number of inner nodes on a path from the root.

@@ -3,6 +3,7 @@
 use glam::Vec3;
 
 use crate::math::Aabb;
+use crate::simd::Lanes;
 
 /// Children per node.
 pub(super) const WIDTH: usize = 8;
@@ -77,6 +78,13 @@ impl Node {
             }
         }
         node
+    }
+
+    /// How many children there are: the first ones.
+    #[inline(always)]
+    pub fn width<L: Lanes>(&self) -> usize {
+        let [lower, upper] = &self.planes[0];
+        L::load(lower).le(L::load(upper)).count_ones() as usize
     }
 
     /// Whether there is a child `i`.

@@ -14,7 +14,7 @@ use crate::simd::Lanes;
 /// - the distance up to which boxes are met.
 #[derive(Clone, Copy, Default)]
 #[repr(align(32))]
-pub(crate) struct Along([f32; 8]);
+pub(crate) struct Along(pub [f32; 8]);
 
 /// The way that rays go: a bit is set for each axis along which they go down.
 pub(crate) type Octant = usize;
@@ -37,19 +37,31 @@ impl Along {
     pub fn set_t_max(&mut self, t_max: f32) {
         self.0[7] = t_max;
     }
+
+    /// Where the ray goes.
+    #[inline(always)]
+    pub fn octant(&self) -> Octant {
+        let [x, y, z] = [0, 1, 2].map(|axis| self.0[axis].to_bits() >> 31);
+        (x | y << 1 | z << 2) as Octant
+    }
 }
 
 impl Bvh {
-    /// What a walk needs of a ray, the octant that the ray goes to, and whether it meets the tree.
+    /// What a walk needs of a ray, and whether the ray meets the tree.
     #[inline(always)]
-    pub(crate) fn along(&self, ray: &Ray) -> (Along, Octant, bool) {
+    pub(crate) fn along(&self, ray: &Ray) -> (Along, bool) {
         let beam = Beam::new(ray, &self.bounds);
-        let start = (self.center.extend(0.0) - beam.origin) * beam.inv_dir;
-        let first = start - beam.inv_dir.abs() * beam.half_width;
-        let ([ix, iy, iz, _], [x, y, z, _]) = (beam.inv_dir.to_array(), first.to_array());
+        let center = self.center.to_array();
+        let mut first = [0.0; 3];
+        for axis in 0..3 {
+            let slope = beam.inv_dir[axis];
+            first[axis] =
+                (center[axis] - beam.origin[axis]) * slope - slope.abs() * beam.half_width;
+        }
+        let ([ix, iy, iz], [x, y, z]) = (beam.inv_dir, first);
         let width = 2.0 * WIDER * beam.half_width;
         let along = Along([ix, iy, iz, x, y, z, width, ray.t_max]);
-        (along, beam.octant() as usize, beam.is_met)
+        (along, beam.is_met)
     }
 }
 
@@ -78,16 +90,9 @@ impl<L: Lanes> Slopes<L> {
         ])
     }
 
-    /// Eight rays.
+    /// From the numbers of [`Along`], of a ray or of eight.
     #[inline(always)]
-    pub fn eight([a, b, c, d, e, f, g, h]: [&Along; 8]) -> Self {
-        Self::new(L::transpose([
-            &a.0, &b.0, &c.0, &d.0, &e.0, &f.0, &g.0, &h.0,
-        ]))
-    }
-
-    #[inline(always)]
-    fn new([ix, iy, iz, x, y, z, width, t_max]: [L; 8]) -> Self {
+    pub fn new([ix, iy, iz, x, y, z, width, t_max]: [L; 8]) -> Self {
         Self {
             slope: [ix, iy, iz],
             first: [x, y, z],
@@ -97,6 +102,42 @@ impl<L: Lanes> Slopes<L> {
                 abs(iz).mul_add(width, z),
             ],
             t_max,
+        }
+    }
+
+    /// The boxes that are met, a bit for each.
+    #[inline(always)]
+    pub fn meets(&self, planes: &Planes<L>) -> u32 {
+        let (enter, exit) = self.meet(planes, self.t_max);
+        enter.le(exit)
+    }
+
+    /// In rows.
+    #[inline(always)]
+    pub fn store(&self) -> [[f32; 8]; 10] {
+        let ([sx, sy, sz], [fx, fy, fz], [lx, ly, lz]) = (self.slope, self.first, self.last);
+        [
+            sx.store(),
+            sy.store(),
+            sz.store(),
+            fx.store(),
+            fy.store(),
+            fz.store(),
+            lx.store(),
+            ly.store(),
+            lz.store(),
+            self.t_max.store(),
+        ]
+    }
+
+    /// From rows.
+    #[inline(always)]
+    pub fn load([sx, sy, sz, fx, fy, fz, lx, ly, lz, t_max]: &[[f32; 8]; 10]) -> Self {
+        Self {
+            slope: [L::load(sx), L::load(sy), L::load(sz)],
+            first: [L::load(fx), L::load(fy), L::load(fz)],
+            last: [L::load(lx), L::load(ly), L::load(lz)],
+            t_max: L::load(t_max),
         }
     }
 
@@ -121,8 +162,8 @@ fn abs<L: Lanes>(x: L) -> L {
 
 /// Boxes as rays of an octant meet them, by axis.
 pub(super) struct Planes<L> {
-    near: [L; 3],
-    far: [L; 3],
+    pub near: [L; 3],
+    pub far: [L; 3],
 }
 
 impl<L: Lanes> Planes<L> {

@@ -7,14 +7,20 @@
 //! every axis, so that one order of the children is nearly right for all of them. Once a list is
 //! short, its rays go on alone.
 
+use glam::Vec3;
+
 use super::Bvh;
-use super::node::{Link, WIDTH};
-use super::slopes::{Along, Octant, Planes, Slopes};
+use super::node::{Link, Node, WIDTH};
+use super::part::{Bundle, Children};
+use super::slopes::{Along, Octant, Planes};
 use super::turns::Turns;
 use crate::simd::Lanes;
 
 /// Lists up to so long are taken apart (measured: docs/ray-casting.md).
 const SHORT: usize = 2;
+
+/// For lists from so long on, leaves are nodes whose children are single primitives (measured: likewise).
+const LONG: usize = 16;
 
 /// Where rays start so far apart, in units of the tree, and there are so many nodes for each of
 /// them, no list would be long: all go alone from the start.
@@ -30,8 +36,10 @@ pub(crate) trait Stream {
     fn along(&self, item: u16) -> &Along;
     /// Tests primitives `first`, `first` + 1, … of the tree's order for each of some items.
     fn visit<L: Lanes>(&mut self, items: &[u16], first: u32, count: u32);
-    /// A bit for each axis along which an item goes down.
-    fn octant(&self, item: u16) -> Octant;
+    /// The boxes of primitives `first`, `first` + 1, … of the tree's order, as a node has them.
+    fn boxes(&self, first: u32, count: u32, center: Vec3) -> [[[f32; WIDTH]; 2]; 3];
+    /// As [`Stream::visit`], but tests only the primitive that is so many places behind the first.
+    fn visit_one<L: Lanes>(&mut self, items: &[u16], first: u32, count: u32, place: u32);
     /// Asks for a leaf's memory ahead of its visit.
     fn prefetch<L: Lanes>(&self, first: u32, count: u32);
 }
@@ -55,6 +63,7 @@ pub(crate) struct Lists {
     /// What goes on alone.
     alone: Vec<(u16, Link)>,
     turns: Turns,
+    bundle: Bundle,
 }
 
 impl Bvh {
@@ -100,75 +109,67 @@ impl Bvh {
                 count,
                 free,
             } = list;
-            let Some(index) = link.inner() else {
-                let (first, n) = link.leaf();
-                stream.visit::<L>(&lists.arena[begin..begin + count], first, n);
-                continue;
-            };
-            if count <= SHORT {
-                let items = &lists.arena[begin..begin + count];
-                lists.alone.extend(items.iter().map(|&item| (item, link)));
-                if lists.alone.len() >= ALONE {
-                    self.walk_in_turns::<L>(&lists.alone, &mut lists.turns, stream);
-                    lists.alone.clear();
+            let leaf: Node;
+            let (node, width) = match link.inner() {
+                Some(index) if count > SHORT => {
+                    let node = self.node(index);
+                    (node, node.width::<L>())
                 }
-                continue;
-            }
-            let node = self.node(index);
+                Some(_) => {
+                    let items = &lists.arena[begin..begin + count];
+                    lists.alone.extend(items.iter().map(|&item| (item, link)));
+                    if lists.alone.len() >= ALONE {
+                        self.walk_in_turns::<L>(&lists.alone, &mut lists.turns, stream);
+                        lists.alone.clear();
+                    }
+                    continue;
+                }
+                None => {
+                    let (first, n) = link.leaf();
+                    let items = &lists.arena[begin..begin + count];
+                    if count < LONG {
+                        stream.visit::<L>(items, first, n);
+                        continue;
+                    }
+                    if n == 1 {
+                        stream.visit_one::<L>(items, first, n, 0);
+                        continue;
+                    }
+                    leaf = Node {
+                        planes: stream.boxes(first, n, self.center),
+                        ..Node::EMPTY
+                    };
+                    (&leaf, n as usize)
+                }
+            };
             let stride = count.next_multiple_of(WIDTH);
             let end = free + WIDTH * stride;
             if lists.arena.len() < end {
                 lists.arena.resize(2 * end, 0);
             }
-            let (below, children) = lists.arena[..end].split_at_mut(free);
-            let mut counts = [0usize; WIDTH];
-            let (groups, rest) = below[begin..begin + count].as_chunks::<WIDTH>();
-            for items in groups {
-                let ray = |i: usize| stream.along(items[i]);
-                let rays = [
-                    ray(0),
-                    ray(1),
-                    ray(2),
-                    ray(3),
-                    ray(4),
-                    ray(5),
-                    ray(6),
-                    ray(7),
-                ];
-                let slopes = Slopes::<L>::eight(rays);
-                let items = in_a_row(items);
-                for (child, count) in counts.iter_mut().enumerate() {
-                    let (enter, exit) =
-                        slopes.meet(&Planes::of_child(node, child, octant), slopes.t_max);
-                    let mask = enter.le(exit) as usize;
-                    if let Some(to) = children[child * stride + *count..].first_chunk_mut() {
-                        L::compress(items, mask, to);
-                    }
-                    *count += mask.count_ones() as usize;
+            let (above, arena) = lists.arena[..end].split_at_mut(free);
+            let mut below = Children {
+                lists: arena,
+                stride,
+                counts: [0; WIDTH],
+            };
+            let items = (octant, &above[begin..begin + count]);
+            node.part::<L>(width, items, stream, &mut below, &mut lists.bundle);
+            if link.inner().is_none() {
+                let (first, n) = link.leaf();
+                for (i, &count) in below.counts[..width].iter().enumerate() {
+                    let items = &below.lists[i * stride..][..count];
+                    stream.visit_one::<L>(items, first, n, i as u32);
                 }
-            }
-            let planes = Planes::<L>::of_children(node, octant);
-            if !rest.is_empty() {
-                let mut masks = 0u64;
-                for (i, &item) in rest.iter().enumerate() {
-                    let slopes = Slopes::one(stream.along(item));
-                    let (enter, exit) = slopes.meet(&planes, slopes.t_max);
-                    masks |= u64::from(enter.le(exit)) << (8 * i);
-                }
-                let items = in_a_row(rest);
-                for (child, count) in counts.iter_mut().enumerate() {
-                    let bits = (masks >> child & BYTES).wrapping_mul(GATHER) >> 56;
-                    if let Some(to) = children[child * stride + *count..].first_chunk_mut() {
-                        L::compress(items, bits as usize, to);
-                    }
-                    *count += bits.count_ones() as usize;
-                }
+                continue;
             }
             let links: [u32; WIDTH] = std::array::from_fn(|i| i as u32);
-            let some = counts.map(|n| if n > 0 { f32::INFINITY } else { -1.0 });
+            let some = below
+                .counts
+                .map(|n| if n > 0 { f32::INFINITY } else { -1.0 });
             let (mut t, mut order) = ([0.0; WIDTH], [0; WIDTH]);
             let n = L::sort_hits(
-                planes.depth(octant, offset),
+                Planes::<L>::of_children(node, octant).depth(octant, offset),
                 L::load(&some),
                 &links,
                 &mut t,
@@ -179,7 +180,7 @@ impl Bvh {
                 lists.pending.push(List {
                     link: Link(node.children[child]),
                     begin: free + child * stride,
-                    count: counts[child],
+                    count: below.counts[child],
                     free: end,
                 });
             }
@@ -188,20 +189,3 @@ impl Bvh {
         lists.alone.clear();
     }
 }
-
-/// Up to eight items in a row, the first in the lowest bits. Read one by one: they may have just
-/// been written in pieces, which a single read would have to wait for.
-#[inline(always)]
-pub(crate) fn in_a_row(items: &[u16]) -> u128 {
-    let mut row = 0;
-    for &item in items {
-        row = row >> 16 | u128::from(item) << 112;
-    }
-    row >> (16 * (WIDTH - items.len()))
-}
-
-/// The lowest bit of each byte.
-const BYTES: u64 = 0x0101_0101_0101_0101;
-
-/// Multiplied by the lowest bits of bytes, gives them in the highest byte.
-const GATHER: u64 = 0x0102_0408_1020_4080;

@@ -95,8 +95,9 @@ impl Bvh {
                     continue;
                 };
                 let node = self.node(index);
-                let planes = Planes::<L>::of_children(node, stream.octant(slot.item));
-                let slopes = Slopes::one(stream.along(slot.item));
+                let along = stream.along(slot.item);
+                let planes = Planes::<L>::of_children(node, along.octant());
+                let slopes = Slopes::one(along);
                 let (enter, exit) = slopes.meet(&planes, slopes.t_max);
                 slot.push(&node.children, enter, exit);
             }

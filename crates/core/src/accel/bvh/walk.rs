@@ -76,7 +76,8 @@ impl Bvh {
     /// origin or direction, no direction, or without `t_max > 0` visits nothing.
     #[inline(always)]
     pub(crate) fn walk<L: Lanes>(&self, ray: &Ray, leaves: &mut impl Leaves) {
-        let (along, octant, is_met) = self.along(ray);
+        let (along, is_met) = self.along(ray);
+        let octant = along.octant();
         if !is_met || self.nodes.is_empty() {
             return;
         }
