@@ -6,7 +6,7 @@ use std::sync::Arc;
 use lightbox_core::lab::stats::{Comparisons, Replicates};
 use lightbox_core::settings::UNLIMITED;
 use lightbox_core::{Method, RenderSettings, Scene};
-use lightbox_tests::{built, built_as, picture, shipped, view, written};
+use lightbox_tests::{built, built_as, film, picture, shipped, view, written};
 
 /// Means of the green channel of pictures with different seeds.
 fn replicates(scene: &Arc<Scene>, change: impl Fn(&mut RenderSettings) + Sync) -> Replicates {
@@ -190,18 +190,20 @@ fn light_paths_agree_with_camera_paths() {
     }
 }
 
+/// The relMSE of 64 samples.
+fn noise(scene: &Arc<Scene>, method: Method) -> f64 {
+    let film = film(&view(scene, |s| {
+        (s.width, s.height, s.samples, s.method) = (64, 64, 64, method);
+    }));
+    film.error().expect("two halves").rel_mse
+}
+
 /// Light paths are worth a factor of 6 to 8 here; 3 is clear of chance.
 #[test]
 fn caustics_are_found_from_the_lamp() {
     for name in ["teddy-mirror", "glass-sphere"] {
         let scene = built(&shipped(name));
-        let noise = |method| {
-            let film = lightbox_tests::film(&view(&scene, |s| {
-                (s.width, s.height, s.samples, s.method) = (64, 64, 64, method);
-            }));
-            film.error().expect("two halves").rel_mse
-        };
-        let ratio = noise(Method::Mis) / noise(Method::Caustics);
+        let ratio = noise(&scene, Method::Mis) / noise(&scene, Method::Caustics);
         assert!(ratio > 3.0, "{name}: {ratio}");
     }
 }
@@ -224,13 +226,7 @@ fn without_casters_there_is_nothing_to_trace() {
 #[test]
 fn light_from_a_mirror_sphere_is_found_not_met() {
     let scene = built(&shipped("sphere-mirror"));
-    let noise = |method| {
-        let film = lightbox_tests::film(&view(&scene, |s| {
-            (s.width, s.height, s.samples, s.method) = (64, 64, 64, method);
-        }));
-        film.error().expect("two halves").rel_mse
-    };
-    let ratio = noise(Method::Naive) / noise(Method::Mis);
+    let ratio = noise(&scene, Method::Naive) / noise(&scene, Method::Mis);
     assert!(ratio > 15.0, "{ratio}");
 }
 
