@@ -304,9 +304,9 @@ mod tests {
                 assert_eq!(segments[0].throughput, Vec3::ONE);
                 for (i, segment) in segments.iter().enumerate().skip(1) {
                     // The one before, or of a branch any that it may have left.
-                    let goes_on = segment.number == segments[i - 1].number + 1;
-                    let mut before = segments[if goes_on { i - 1 } else { 0 }..i].iter();
-                    branches += u32::from(!goes_on);
+                    let begin = if segment.is_branch { 0 } else { i - 1 };
+                    let mut before = segments[begin..i].iter();
+                    branches += u32::from(segment.is_branch);
                     assert!(before.any(|before| {
                         let (end, _) = before.end.unwrap_or((Vec3::INFINITY, 0));
                         segment.number == before.number + 1

@@ -88,13 +88,11 @@ impl Replay {
             count(path.sample),
             rgb(path.radiance)
         ));
-        let mut before = 0;
         for segment in path.segments.iter().take(step) {
-            if segment.number != before + 1 {
+            if segment.is_branch {
                 ui.weak(format!("The other way from {}.:", segment.number - 1));
             }
             line(ui, scene, segment);
-            before = segment.number;
         }
         if step == last {
             ui.weak(ending(path, scene.desc().render.depth));

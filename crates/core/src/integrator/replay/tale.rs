@@ -25,6 +25,8 @@ pub struct Aim {
 pub struct Segment {
     /// How many there are from the camera to its end.
     pub number: u32,
+    /// Whether it is the first of a branch, which has left the path or another branch before.
+    pub is_branch: bool,
     /// Where it starts.
     pub from: Vec3,
     /// Unit direction.
@@ -87,6 +89,7 @@ impl Tale {
             if !path.is_probe {
                 let segment = Segment {
                     number: bounce + 1,
+                    is_branch: !self.segments.iter().any(|(i, _)| *i == path.index) && bounce > 0,
                     from: ray.origin,
                     dir: ray.dir,
                     end,
