@@ -299,6 +299,9 @@ fn exposure_and_offset_have_tev_s_keys() {
     let pixels = (0..40 * 30).map(|i| session.pixel([i % 40, i / 40]).expect("a pixel").mean);
     let pixels: Vec<_> = pixels.collect();
     assert_eq!(fitted, tone(&window).fitted(&pixels));
+    // What fits may need no offset.
+    window.key(Modifiers::NONE, Key::O);
+    assert!(tone(&window).exposure != 0.0 && tone(&window).offset != 0.0);
     window.key(Modifiers::NONE, Key::R);
     assert_eq!(tone(&window), Default::default());
 }

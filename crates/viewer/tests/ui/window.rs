@@ -137,17 +137,18 @@ impl Window {
             status.activity == Activity::Done
                 && status.loading.is_none()
                 && status.samples == model.desc.render.samples
-                && w.is_current()
+                && w.is_current(&status)
                 && w.snapshot().preview.is_none()
                 && w.snapshot().number > w.seen
         });
         self.seen = self.snapshot().number;
     }
 
-    /// Whether the scene in use has every edit.
-    pub fn is_current(&self) -> bool {
-        let (status, model) = (self.status(), self.harness.state().model());
-        let same_scene = status.scene.is_some_and(|s| {
+    /// Whether the scene in use has every edit. The status is read once: of two, the first may tell of
+    /// the picture before, that was done, and the second of the scene of the next one.
+    pub fn is_current(&self, status: &Status) -> bool {
+        let model = self.harness.state().model();
+        let same_scene = status.scene.as_ref().is_some_and(|s| {
             let (old, new) = (s.desc(), &model.desc);
             (&old.materials, &old.quads, old.render.accel)
                 == (&new.materials, &new.quads, new.render.accel)
