@@ -34,4 +34,5 @@ pub mod undo;
 pub mod unsaved;
 pub mod viewport;
 pub mod watch;
+mod workers;
 pub mod zoom;

@@ -3,6 +3,8 @@
 //! not change when it should. Needs Xvfb and xdotool; where they are missing it says so and
 //! passes, unless `CI` is set. `LIGHTBOX_SCREENSHOTS=folder` keeps a picture of each step.
 
+#[path = "window/clipboard.rs"]
+mod clipboard;
 #[path = "window/desktop.rs"]
 mod desktop;
 #[cfg(unix)]

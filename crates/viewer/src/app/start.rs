@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use super::App;
 use crate::commands::INTERRUPTED;
 use crate::settings::Settings;
+use crate::workers;
 
 /// The window's icon: `dist/lightbox.svg` at 128×128 (`rsvg-convert -w 128`).
 const ICON: &[u8] = include_bytes!("../icon.png");
@@ -20,6 +21,8 @@ pub fn run(path: Option<PathBuf>) -> Result<(), String> {
             "there is no display to open a window on; {WITHOUT_WINDOW}"
         ));
     }
+    // Trees are built there, and samples looked into. Fails where there is one already.
+    let _ = workers::pool("work").build_global();
     let icon = eframe::icon_data::from_png_bytes(ICON).expect("the icon is a PNG");
     let viewport = egui::ViewportBuilder::default()
         .with_title("lightbox")

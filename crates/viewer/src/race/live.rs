@@ -10,6 +10,7 @@ use lightbox_core::Image;
 use lightbox_core::race::{Curve, Record, Rules};
 
 use super::{Contest, Race, curves, labels, report};
+use crate::workers;
 
 /// What a race is at, and the share of all that is done, 0 to 1.
 pub enum Stage<'a> {
@@ -53,9 +54,8 @@ impl Live {
         threads: usize,
         wake: impl Fn() + Send + Sync + 'static,
     ) -> Result<Self, String> {
-        let pool = rayon::ThreadPoolBuilder::new()
+        let pool = workers::pool("race")
             .num_threads(threads)
-            .thread_name(|i| format!("lightbox-race-{i}"))
             .build()
             .map_err(|e| format!("cannot start worker threads ({e})"))?;
         let live = Self {

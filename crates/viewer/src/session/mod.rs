@@ -32,8 +32,8 @@ use lightbox_core::part;
 use lightbox_core::scene;
 use lightbox_core::{Film, SceneDesc, View};
 
-use crate::saved;
 use crate::spent::Opening;
+use crate::{saved, workers};
 use background::Loading;
 use keeper::Taken;
 
@@ -58,9 +58,8 @@ impl Session {
     /// Starts an engine with some worker threads (0: one per core) and no scene. `wake` is called
     /// from other threads when there is something new to show.
     pub fn new(threads: usize, wake: impl Fn() + Send + Sync + 'static) -> Result<Self, String> {
-        let pool = rayon::ThreadPoolBuilder::new()
+        let pool = workers::pool("trace")
             .num_threads(threads)
-            .thread_name(|i| format!("lightbox-trace-{i}"))
             .build()
             .map_err(|e| format!("cannot start worker threads ({e})"))?;
         let shared = Arc::new(Shared::new(wake));
