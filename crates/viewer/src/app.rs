@@ -283,6 +283,7 @@ impl eframe::App for App {
                         panels::object_ui(ui, model, &status, &mut actions);
                         panels::camera_ui(ui, model, &status, &mut actions);
                         panels::window_ui(ui);
+                        panels::follow_focus(ui);
                     });
                 });
             });
@@ -300,7 +301,8 @@ impl eframe::App for App {
             self.autopsy.ui(ui, seen.as_ref(), session, model);
             let (compare, reference) = (&mut self.viewport.compare, status.reference.as_ref());
             compare.ui(&ctx, space, session, reference, model.tone);
-            let leaving = self.unsaved.asks_to_leave();
+            let loses = self.unsaved.is_any(&self.model.desc);
+            let leaving = self.unsaved.asks_to_leave().map(|path| (path, loses));
             self.banners
                 .ui(ui, space, &mut self.model, &status, leaving, &mut actions);
             let past = self

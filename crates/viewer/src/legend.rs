@@ -46,7 +46,8 @@ pub fn show(ui: &Ui, space: Rect, taken: Option<Rect>, aov: Aov, scope: &Scope<'
 }
 
 fn contents(ui: &mut Ui, aov: Aov, legend: Legend) {
-    let name = |ui: &mut Ui| ui.label(egui::RichText::new(aov.name()).strong());
+    // Strong text would be black in a light theme.
+    let name = |ui: &mut Ui| ui.label(egui::RichText::new(aov.name()).color(Color32::WHITE));
     match legend {
         Legend::None => {
             name(ui);

@@ -124,6 +124,8 @@ impl Viewport {
             None => self.handles.ui(ui, &painter, rect, scene, model),
             Some(_) => None, // The object may have stood elsewhere.
         };
+        // Not cut off where the other picture begins.
+        let painter = ui.painter().with_clip_rect(space);
         if let Some(text) = edit {
             overlay::tag(ui, &painter, space.left_top(), &text);
         } else if let Some(past) = &snapshot.past {
@@ -156,7 +158,6 @@ impl Viewport {
             }
             Some(_) => (None, None),
         };
-        let painter = ui.painter().with_clip_rect(space);
         let taken = overlay::readout(ui, &painter, &response, rect, scene, model, told);
         if snapshot.past.is_none() {
             let (eye, settings) = (model.desc.camera.eye, &model.desc.render);

@@ -24,8 +24,11 @@ impl App {
 
     /// Goes on as the user wants edits to be treated.
     pub(super) fn leave(&mut self, ctx: &Context, answer: Answer, status: &Status) {
-        if let Some(path) = self.unsaved.leave(answer) {
-            self.session.open(&path);
+        match self.unsaved.leave(answer) {
+            // Edits there are go, as was said.
+            Some(path) if self.unsaved.is_any(&self.model.desc) => self.session.open(&path),
+            Some(path) => self.open(path),
+            None => {}
         }
         if answer == Answer::Save {
             self.ask_where_to_save_scene(ctx, status);

@@ -1,5 +1,7 @@
 //! Charts of a pixel: where its samples lie, how their mean came about, who found the light.
 
+use std::ops::RangeInclusive;
+
 use egui::accesskit::Role;
 use egui::{Color32, Grid, RichText, Ui, WidgetInfo};
 use egui_plot::{Bar, BarChart, FilledArea, GridMark, HLine, Line, LineStyle, Plot, PlotPoints};
@@ -14,6 +16,9 @@ use crate::panels::format::{counted, percent, short, si};
 
 /// Height of a chart, points.
 const HEIGHT: f32 = 110.0;
+
+/// Most steps of an upright axis: labels need room.
+const MARKS: f64 = 3.5;
 
 /// Most rows of the table; the rest is in its sum.
 const ROWS: usize = 12;
@@ -74,6 +79,27 @@ fn power(mark: GridMark) -> String {
     }
 }
 
+/// Where labels of an upright axis end: higher up they would stand in the heading.
+fn below_end(shown: &RangeInclusive<f64>) -> f64 {
+    shown.end() - 0.1 * (shown.end() - shown.start())
+}
+
+/// Three or so round numbers on an axis, whatever its span.
+fn round_marks((low, high): (f64, f64)) -> Vec<GridMark> {
+    let span = high - low;
+    let power = 10f64.powf((span / MARKS).log10().floor());
+    let steps = [1.0, 2.0, 5.0, 10.0].map(|k| k * power);
+    let Some(step_size) = steps.into_iter().find(|step| span / step <= MARKS) else {
+        return Vec::new(); // The axis has no span.
+    };
+    let marks = (low / step_size).ceil() as i64..=(high / step_size).floor() as i64;
+    let mark = |i: i64| GridMark {
+        value: i as f64 * step_size,
+        step_size,
+    };
+    marks.map(mark).collect()
+}
+
 fn histogram(ui: &mut Ui, histogram: &Histogram) {
     let Histogram { ends, counts, .. } = histogram;
     let width = (ends[1] - ends[0]) / counts.len().max(1) as f64;
@@ -96,9 +122,7 @@ fn histogram(ui: &mut Ui, histogram: &Histogram) {
         .y_axis_formatter(|mark, shown| {
             let n = 10f64.powf(mark.value - 0.3);
             let is_power = ((mark.value - 0.3) - (mark.value - 0.3).round()).abs() < 1e-6;
-            // A label at the upper end would stand in the heading.
-            let end = shown.end() - 0.1 * (shown.end() - shown.start());
-            if is_power && n > 0.5 && mark.value < end {
+            if is_power && n > 0.5 && mark.value < below_end(shown) {
                 si(n.round())
             } else {
                 String::new()
@@ -134,7 +158,11 @@ fn convergence(ui: &mut Ui, findings: &Findings) {
             v if (v - v.round()).abs() < 1e-6 => si(10f64.powf(v).round()),
             _ => String::new(),
         })
-        .y_axis_formatter(|mark, _| short(mark.value as f32));
+        .y_axis_formatter(|mark, shown| match mark.value {
+            value if value < below_end(shown) => short(value as f32),
+            _ => String::new(),
+        })
+        .y_grid_spacer(|input| round_marks(input.bounds));
     let weak = ui.visuals().weak_text_color();
     let shown = plot.show(ui, |plot| {
         plot.add(
@@ -196,7 +224,9 @@ fn table(ui: &mut Ui, findings: &Findings) {
 
 fn tip(strategy: Strategy) -> &'static str {
     match strategy {
-        Strategy::Met => "The path ran into a lamp, or left for the background.",
+        Strategy::Met => {
+            "The path ran into a lamp, or left for the background; also what probes by way of mirrors or glass found."
+        }
         Strategy::Aimed => "A point of a lamp was aimed at from a surface.",
         Strategy::ByMirror => "A lamp was aimed at by way of a mirror sphere.",
     }
@@ -210,5 +240,27 @@ fn light_paths(ui: &mut Ui, pixel: &Pixel) {
             "Light paths from the lamps bring {} of this pixel; they start anywhere, so none of its samples holds it.",
             percent(f64::from(part / all))
         ));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_axis_has_a_few_round_marks_whatever_its_span() {
+        for i in -60..60 {
+            let high = 10f64.powf(f64::from(i) / 7.0);
+            for low in [0.0, -0.3 * high, 0.9 * high] {
+                let marks = round_marks((low, high));
+                assert!((1..=4).contains(&marks.len()), "{low} {high}: {marks:?}");
+                let within =
+                    |m: &GridMark| (low - 1e-9 * high..=high * (1.0 + 1e-9)).contains(&m.value);
+                assert!(marks.iter().all(within), "{low} {high}: {marks:?}");
+            }
+        }
+        let values: Vec<f64> = round_marks((0.0, 0.05)).iter().map(|m| m.value).collect();
+        assert_eq!(values, [0.0, 0.02, 0.04]);
+        assert!(round_marks((0.5, 0.5)).is_empty());
     }
 }

@@ -15,6 +15,7 @@ use lightbox_core::{Film, Method, Scene};
 
 use crate::gestures::share;
 use crate::model::Model;
+use crate::panels::follow_focus;
 use crate::panels::format::{count, percent, short};
 use crate::session::Session;
 use crate::viewport::Seen;
@@ -143,6 +144,7 @@ impl AutopsyPanel {
                         };
                         charts::show(ui, &found.findings, &of.pixel);
                         self.replay.ui(ui, &of.scene, &found);
+                        follow_focus(ui);
                     });
             });
         self.is_open = is_open;

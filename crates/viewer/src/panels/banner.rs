@@ -27,6 +27,23 @@ const BUTTONS: f32 = 250.0;
 /// Least room for a text beside its buttons, points; else they stand under it.
 const LEAST_TEXT: f32 = 160.0;
 
+/// Answers to what becomes of edits before another file is opened: text, meaning, tip.
+const LOSES: [(&str, Answer, &str); 3] = [
+    (
+        "Save first…",
+        Answer::Save,
+        "As a .toml file, then opens it.",
+    ),
+    ("Open anyway", Answer::Drop, "The edits are lost."),
+    ("Stay", Answer::Stay, "Back to the edits."),
+];
+
+/// The same where none would be lost.
+const KEPT: [(&str, Answer, &str); 2] = [
+    ("Open", Answer::Drop, "Every edit is in a file."),
+    ("Stay", Answer::Stay, "Back to the scene."),
+];
+
 /// Notices that are still shown.
 #[derive(Default)]
 pub struct Banners {
@@ -47,14 +64,14 @@ impl Banners {
     }
 
     /// Draws them over the picture in `space`: an overlay, so that nothing moves. `leaving` is the
-    /// file that is to be opened at the cost of edits.
+    /// file that is to be opened, and whether that is at the cost of edits.
     pub fn ui(
         &mut self,
         ui: &Ui,
         space: Rect,
         model: &mut Model,
         status: &Status,
-        leaving: Option<&Path>,
+        leaving: Option<(&Path, bool)>,
         actions: &mut Vec<Action>,
     ) {
         self.expire(ui);
@@ -102,17 +119,17 @@ impl Banners {
                     self.changed = None;
                 }
             }
-            if let Some(path) = leaving {
+            if let Some((path, loses)) = leaving {
                 let name = scene_name(path);
-                let text = format!("The scene has edits that no file has. Open {name}?");
-                line(ui, false, &text, |ui| {
-                    for (text, answer, tip) in [
-                        ("Save first…", Answer::Save, "As a .toml file, then opens it."),
-                        ("Open anyway", Answer::Drop, "The edits are lost."),
-                        ("Stay", Answer::Stay, "Back to the edits."),
-                    ] {
-                        if ui.button(text).on_hover_text(tip).clicked() {
-                            actions.push(Action::Leave(answer));
+                // They may have been saved, or taken back, while the question stood.
+                let (text, answers) = match loses {
+                    true => ("The scene has edits that no file has.", &LOSES[..]),
+                    false => ("No edit is lost now.", &KEPT[..]),
+                };
+                line(ui, false, &format!("{text} Open {name}?"), |ui| {
+                    for (text, answer, tip) in answers {
+                        if ui.button(*text).on_hover_text(*tip).clicked() {
+                            actions.push(Action::Leave(*answer));
                         }
                     }
                 });

@@ -8,6 +8,9 @@ const LEAST: f64 = 0.7;
 /// Room beside the curves, as a share of the span: left, right, below and above.
 const ROOM: [f64; 4] = [0.03, 0.13, 0.08, 0.08];
 
+/// Least step of the marks at 1, 2 and 5.
+const FEW: f64 = 0.1;
+
 /// A chart that shows what it is told to and cannot be moved.
 pub fn still<'a>(id: &str, height: f32) -> Plot<'a> {
     Plot::new(id)
@@ -36,7 +39,12 @@ pub fn plot<'a>(id: &str, height: f32, x_text: impl Fn(f64) -> String + 'a) -> P
                 String::new()
             }
         })
-        .y_axis_formatter(|mark, _| format!("{} %", mantissa_exact(mark.value + 2.0)))
+        .y_axis_formatter(|mark, _| {
+            if mark.step_size < FEW {
+                return String::new(); // Their labels would run into each other.
+            }
+            format!("{} %", mantissa_exact(mark.value + 2.0))
+        })
         .y_axis_min_width(48.0)
         .legend(Legend::default().position(Corner::RightTop))
 }
@@ -112,7 +120,7 @@ mod tests {
         let marks = grid(input);
         let labelled: Vec<String> = marks
             .iter()
-            .filter(|m| m.step_size > 0.1)
+            .filter(|m| m.step_size >= FEW)
             .map(|m| mantissa_exact(m.value).to_string())
             .collect();
         assert_eq!(labelled, ["0.05", "0.1", "0.2", "0.5", "1", "2", "5", "10"]);

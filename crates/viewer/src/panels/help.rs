@@ -7,6 +7,9 @@ use crate::keys::{self, GESTURES};
 /// Room for the window's title and edges, points.
 const AROUND: egui::Vec2 = egui::Vec2::new(60.0, 90.0);
 
+/// Room that two columns take, points.
+const TWO: f32 = 1150.0;
+
 /// Shows the list while `open`.
 pub fn help_ui(ctx: &Context, open: &mut bool) {
     let frame = egui::Frame::window(&ctx.global_style()).inner_margin(12);
@@ -26,7 +29,8 @@ pub fn help_ui(ctx: &Context, open: &mut bool) {
             room.show(ui, |ui| {
                 let lines = lines(ctx);
                 ui.horizontal_top(|ui| {
-                    let columns = lines.chunks(lines.len().div_ceil(2));
+                    let columns = if most.x < TWO { 1 } else { 2 };
+                    let columns = lines.chunks(lines.len().div_ceil(columns));
                     for (i, column) in columns.enumerate() {
                         let grid = egui::Grid::new(("keys", i)).num_columns(2);
                         grid.spacing([16.0, 1.0]).show(ui, |ui| {

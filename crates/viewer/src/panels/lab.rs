@@ -12,7 +12,7 @@ use lightbox_core::color::ToneMap;
 use lightbox_core::image_io::tone_mapped;
 use lightbox_core::lab::{AREAS, Case, Check, Figure, Verdict, cases, find, number};
 
-use super::format;
+use super::{follow_focus, format};
 use crate::keys::Action;
 use crate::lab::{Lab, Pair, Stand};
 
@@ -66,7 +66,10 @@ impl LabPanel {
                         };
                         Frame::new()
                             .inner_margin(Margin::symmetric(10, 4))
-                            .show(ui, |ui| self.case(ui, case, actions));
+                            .show(ui, |ui| {
+                                self.case(ui, case, actions);
+                                follow_focus(ui);
+                            });
                     });
             });
         self.is_open = is_open;
@@ -117,6 +120,7 @@ impl LabPanel {
                         self.entry(ui, case);
                     }
                 }
+                follow_focus(ui);
             });
     }
 

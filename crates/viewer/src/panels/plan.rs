@@ -1,18 +1,23 @@
 //! The plan: what the scene uses, what the picture is made without, what is lost, and where the
 //! time goes.
 
-use egui::{Context, Grid, RichText, Ui, Window};
+use egui::{Context, Grid, RichText, ScrollArea, Ui, Window};
 use lightbox_core::plan::Part;
 use lightbox_core::scene::Census;
 use lightbox_core::settings::UNLIMITED;
 
+use super::follow_focus;
 use super::format::{count, counted, percent, percent_within, seconds};
 use crate::model::Model;
 use crate::session::Status;
 
+/// Room for the window's title and edges, points.
+const AROUND: f32 = 60.0;
+
 /// Shows the window while it is open. Whether it is to be measured what the plan saves.
 pub fn plan_ui(ctx: &Context, is_open: &mut bool, model: &mut Model, status: &Status) -> bool {
     let mut measure = false;
+    let most = ctx.content_rect().height() - AROUND;
     Window::new("Plan")
         .open(is_open)
         .default_width(420.0)
@@ -20,17 +25,22 @@ pub fn plan_ui(ctx: &Context, is_open: &mut bool, model: &mut Model, status: &St
         .resizable(false)
         .show(ctx, |ui| {
             let Some(scene) = &status.scene else { return };
-            title(ui, "What the scene uses");
-            census(ui, scene.census());
-            title(ui, "What the picture needs");
-            parts(ui, status);
-            measure = savings(ui, status);
-            ui.checkbox(&mut model.desc.render.full_model, "Full model")
-                .on_hover_text("Leaves out nothing: the same picture, later. Starts it anew.");
-            title(ui, "Light that is lost");
-            lost(ui, status);
-            title(ui, "Where the time goes");
-            times(ui, status);
+            // Not the usual size of windows, but what it takes and there is.
+            let room = ScrollArea::vertical().max_height(most);
+            room.min_scrolled_height(most).show(ui, |ui| {
+                title(ui, "What the scene uses");
+                census(ui, scene.census());
+                title(ui, "What the picture needs");
+                parts(ui, status);
+                measure = savings(ui, status);
+                ui.checkbox(&mut model.desc.render.full_model, "Full model")
+                    .on_hover_text("Leaves out nothing: the same picture, later. Starts it anew.");
+                title(ui, "Light that is lost");
+                lost(ui, status);
+                title(ui, "Where the time goes");
+                times(ui, status);
+                follow_focus(ui);
+            });
         });
     measure
 }

@@ -6,9 +6,12 @@ use super::format::{clock, count, eta, percent, rate};
 use crate::keys::{self, Action};
 use crate::session::{Activity, Budget, Status};
 
+/// Room of a line between figures, points.
+const SEPARATOR: f32 = 6.0;
+
 /// Pause, progress and figures; the picture rests while methods race.
 pub fn status_bar_ui(ui: &mut Ui, status: &Status, is_racing: bool, actions: &mut Vec<Action>) {
-    // From the right, so that a narrow window cuts figures and not the way to help.
+    // From the right, so that a narrow window leaves out figures and not the way to help.
     ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
         let tip = format!(
             "All keys and gestures ({})",
@@ -100,18 +103,66 @@ fn progress(ui: &mut Ui, status: &Status) {
             .desired_height(8.0),
     )
     .accessible_name("Progress");
+}
+
+/// A text and what it means.
+type Figure = (String, String);
+
+/// As many as there is room for, whole ones: what matters most comes first.
+fn figures(ui: &mut Ui, status: &Status) {
+    let invalid = invalid(status).map(|figure| (figure, ui.visuals().error_fg_color));
+    let plain = |figure| (figure, ui.visuals().text_color());
+    let figures = [plain(samples(status)), plain(noise(status))].into_iter();
+    let figures = figures.chain(invalid);
+    let figures: Vec<_> = figures
+        .chain(others(status).into_iter().map(plain))
+        .collect();
+    for ((text, tip), color) in figures {
+        let text = egui::RichText::new(text).color(color);
+        let text = egui::WidgetText::from(text).into_galley(
+            ui,
+            Some(egui::TextWrapMode::Extend),
+            f32::INFINITY,
+            egui::TextStyle::Body,
+        );
+        if SEPARATOR + text.size().x + 2.0 * ui.spacing().item_spacing.x > ui.available_width() {
+            return;
+        }
+        ui.add(egui::Separator::default().spacing(SEPARATOR));
+        ui.add(egui::Label::new(text).selectable(false))
+            .on_hover_text(tip);
+    }
+}
+
+fn samples(status: &Status) -> Figure {
     let wanted = match status.budget {
         Budget::Samples => format!(" / {}", count(status.desc.render.samples.max(1))),
         _ => String::new(),
     };
-    figure(
-        ui,
-        "Samples per pixel: taken / wanted.",
+    (
         format!("{}{wanted} spp", count(status.samples)),
-    );
+        "Samples per pixel: taken / wanted.".into(),
+    )
 }
 
-fn figures(ui: &mut Ui, status: &Status) {
+fn noise(status: &Status) -> Figure {
+    let mut noise = status.noise.map_or_else(|| "-".into(), percent);
+    if let Budget::Noise(wanted) = status.budget {
+        noise += &format!(" / {}", percent(wanted));
+    }
+    let tip = "Estimated relative error of the picture, from two independent halves of its samples: noise, not bias. \
+               What no path has found yet, or what a low depth leaves out, is not in it.";
+    (format!("noise {noise}"), tip.into())
+}
+
+fn invalid(status: &Status) -> Option<Figure> {
+    let tip =
+        "Samples that were not numbers. They are left out of the picture. (Shift+F7 shows where.)";
+    let text = format!("{} invalid", count(status.invalid));
+    (status.invalid > 0).then(|| (text, tip.into()))
+}
+
+fn others(status: &Status) -> Vec<Figure> {
     let left = match status.activity {
         Activity::Done => String::new(),
         _ => format!("  {} left", eta(status.eta())),
@@ -120,63 +171,32 @@ fn figures(ui: &mut Ui, status: &Status) {
         Budget::Seconds(seconds) => format!(" / {}", clock(seconds)),
         _ => String::new(),
     };
-    figure(
-        ui,
-        "Time spent tracing, and time left at the speed so far.",
+    let mut figures = vec![(
         format!("{}{wanted}{left}", clock(status.seconds)),
-    );
-    if status.seconds > 0.0 {
-        let threads = format!("Rays per second of tracing, on {} threads.", status.threads);
-        figure(
-            ui,
-            &threads,
-            format!("{}ray/s", rate(status.rays as f64 / status.seconds)),
-        );
-    }
-    let mut noise = status.noise.map_or_else(|| "-".into(), percent);
-    if let Budget::Noise(wanted) = status.budget {
-        noise += &format!(" / {}", percent(wanted));
-    }
-    figure(
-        ui,
-        "Estimated relative error of the picture, from two independent halves of its samples: noise, not bias. \
-         What no path has found yet, or what a low depth leaves out, is not in it.",
-        format!("noise {noise}"),
-    );
+        "Time spent tracing, and time left at the speed so far.".into(),
+    )];
     if let Some(error) = status.true_error {
-        figure(
-            ui,
-            "Relative error of the picture against the reference: the square root of relMSE.",
+        figures.push((
             format!("error {}", percent(error)),
-        );
+            "Relative error of the picture against the reference: the square root of relMSE."
+                .into(),
+        ));
     }
-    figure(
-        ui,
-        "Share of all light that the depth leaves out, from a few paths that are followed to their ends. Roulette loses nothing.",
-        status.lost.map_or_else(
-            || "lost -".into(),
-            |lost| format!("lost {}", percent(lost.share)),
-        ),
-    );
-    if status.invalid > 0 {
-        let text = format!("{} invalid", count(status.invalid));
-        let label = ui.colored_label(ui.visuals().error_fg_color, text);
-        label.on_hover_text("Samples that were not numbers. They are left out of the picture.");
+    if status.seconds > 0.0 {
+        figures.push((
+            format!("{}ray/s", rate(status.rays as f64 / status.seconds)),
+            format!("Rays per second of tracing, on {} threads.", status.threads),
+        ));
     }
+    let lost = status
+        .lost
+        .map_or_else(|| "-".into(), |lost| percent(lost.share));
+    let tip = "Share of all light that the depth leaves out, from a few paths that are followed to their ends. Roulette loses nothing.";
+    figures.push((format!("lost {lost}"), tip.into()));
     let size = &status.desc.render;
-    figure(
-        ui,
-        "Pixels of the picture.",
+    figures.push((
         format!("{} × {} px", size.width, size.height),
-    );
-}
-
-fn figure(ui: &mut Ui, tip: &str, text: String) {
-    ui.separator();
-    ui.add(
-        egui::Label::new(text)
-            .selectable(false)
-            .wrap_mode(egui::TextWrapMode::Extend),
-    )
-    .on_hover_text(tip);
+        "Pixels of the picture.".into(),
+    ));
+    figures
 }

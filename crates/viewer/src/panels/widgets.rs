@@ -5,7 +5,7 @@ use std::fmt::Display;
 use std::ops::RangeInclusive;
 
 use egui::emath::Numeric;
-use egui::{DragValue, Response, Slider, SliderClamping, Ui};
+use egui::{DragValue, Id, Response, Slider, SliderClamping, Ui};
 use glam::Vec3;
 
 /// End of tooltips of what is applied to the samples there are.
@@ -155,6 +155,31 @@ pub fn point(ui: &mut Ui, name: &str, tip: &str, value: &mut Vec3, speed: f64, s
                 .accessible_name(format!("{name} {axis}"));
         }
     });
+}
+
+/// At the end of what can be scrolled: brings into sight what the keyboard has come to.
+pub fn follow_focus(ui: &Ui) {
+    let key = ui.scope_id().with("focus");
+    let focused = ui.memory(|m| m.focused());
+    let last = |d: &mut egui::util::IdTypeMap| {
+        std::mem::replace(d.get_temp_mut_or_default::<Option<Id>>(key), focused)
+    };
+    // What is clicked is in sight, and must not slip from under the pointer.
+    if ui.data_mut(last) == focused || ui.input(|i| i.pointer.any_down()) {
+        return;
+    }
+    let Some(response) = focused.and_then(|id| ui.ctx().read_response(id)) else {
+        return;
+    };
+    let seen = response.interact_rect;
+    // Elsewhere in the window something may stand where this would, were it not cut off.
+    let is_elsewhere = seen.is_positive() && !ui.clip_rect().intersects(seen);
+    if response.layer_id == ui.layer_id()
+        && ui.min_rect().contains(response.rect.center())
+        && !is_elsewhere
+    {
+        ui.scroll_to_rect(response.rect, None);
+    }
 }
 
 /// Sets up a row for three numbers and returns the width of each, points: never wider than the

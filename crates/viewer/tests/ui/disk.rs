@@ -161,6 +161,47 @@ fn edits_are_not_lost_to_another_file() {
     window.wait("the first file", |w| w.status().opened == 3);
 }
 
+/// Whether the window says that opening loses nothing.
+fn is_free(window: &Window) -> bool {
+    let line = window.harness.query_by_label_contains("No edit is lost");
+    line.is_some()
+}
+
+#[test]
+fn edits_that_are_saved_while_the_question_stands_are_no_longer_at_stake() {
+    let mut window = Window::open(&commented());
+    let other = window.file("other.toml");
+    std::fs::write(&other, SCENE).expect("written");
+    window.click_at(window.at(0.5, 0.5));
+    window.set("Mirror", 0.75);
+    window.done();
+    window.drop_file(&other);
+    asked(&mut window, "other");
+    assert!(!is_free(&window));
+    // Taken back, nothing is at stake; done again, it is.
+    window.key(egui::Modifiers::COMMAND, egui::Key::Z);
+    assert!(is_free(&window));
+    window.key(egui::Modifiers::COMMAND, egui::Key::Y);
+    assert!(!is_free(&window));
+    window.done();
+    // Whoever saves goes on looking at the scene: it is not taken away.
+    let path = window.file("saved.toml");
+    save_to(&mut window, &path);
+    window.wait("the news", is_free);
+    asked(&mut window, "other");
+    window.set("Mirror", 0.5);
+    assert!(!is_free(&window));
+    window.done();
+    save_to(&mut window, &path);
+    window.wait("the news", is_free);
+    window
+        .harness
+        .get_by_role_and_label(egui::accesskit::Role::Button, "Open")
+        .click();
+    window.wait("the other file", |w| w.status().opened == 2);
+    assert!(!asks(&window, "other"));
+}
+
 #[test]
 fn edits_that_come_while_a_file_is_opened_are_not_lost() {
     let mut window = Window::open(SCENE);

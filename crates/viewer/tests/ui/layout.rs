@@ -1,8 +1,10 @@
 //! What moves in the window, and what must not.
 
+use std::collections::BTreeSet;
+
 use egui::accesskit::Role;
 use egui::{Key, Modifiers, Vec2};
-use egui_kittest::kittest::Queryable as _;
+use egui_kittest::kittest::{By, NodeT as _, Queryable as _};
 
 use crate::window::{SCENE, Window};
 
@@ -14,6 +16,37 @@ fn f1_lists_the_keys() {
     assert!(window.harness.query_by_label("orbit").is_some());
     window.key(Modifiers::NONE, Key::Escape);
     assert!(window.harness.query_by_label("orbit").is_none());
+}
+
+/// Name and vertical middle of what has the keyboard.
+fn focused(window: &Window) -> Option<(String, f32)> {
+    let by = By::new().predicate(|node| node.is_focused());
+    let node = window.harness.query_all(by).next()?;
+    let name = node.accesskit_node().label().unwrap_or_default();
+    Some((name, node.rect().center().y))
+}
+
+#[test]
+fn the_keyboard_reaches_nothing_that_is_out_of_sight() {
+    let mut window = Window::open(SCENE);
+    let height = 300.0;
+    window.harness.set_size(Vec2::new(700.0, height));
+    window.harness.run_steps(4);
+    for modifiers in [Modifiers::NONE, Modifiers::SHIFT] {
+        let mut names = BTreeSet::new();
+        for _ in 0..90 {
+            window.harness.key_press_modifiers(modifiers, Key::Tab);
+            // It glides into sight.
+            window.harness.run_steps(15);
+            if let Some((name, y)) = focused(&window) {
+                assert!((0.0..height).contains(&y), "{name} at {y}");
+                names.insert(name);
+            }
+        }
+        for name in ["Scene", "Depth", "Exposure", "Lamp", "Keys"] {
+            assert!(names.contains(name), "{name} is not reached: {names:?}");
+        }
+    }
 }
 
 #[test]
