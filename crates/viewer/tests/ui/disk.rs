@@ -124,14 +124,20 @@ fn asked(window: &mut Window, name: &str) {
     assert_eq!((window.status().opened, window.status().opening), (1, None));
 }
 
-#[test]
-fn edits_are_not_lost_to_another_file() {
+/// A window with an edit, and another file to open.
+fn edited_beside_another() -> (Window, std::path::PathBuf) {
     let mut window = Window::open(&commented());
     let other = window.file("other.toml");
     std::fs::write(&other, SCENE).expect("written");
     window.click_at(window.at(0.5, 0.5));
     window.set("Mirror", 0.75);
     window.done();
+    (window, other)
+}
+
+#[test]
+fn edits_are_not_lost_to_another_file() {
+    let (mut window, other) = edited_beside_another();
     let edited = window.status().desc.clone();
     window.drop_file(&other);
     asked(&mut window, "other");
@@ -169,12 +175,7 @@ fn is_free(window: &Window) -> bool {
 
 #[test]
 fn edits_that_are_saved_while_the_question_stands_are_no_longer_at_stake() {
-    let mut window = Window::open(&commented());
-    let other = window.file("other.toml");
-    std::fs::write(&other, SCENE).expect("written");
-    window.click_at(window.at(0.5, 0.5));
-    window.set("Mirror", 0.75);
-    window.done();
+    let (mut window, other) = edited_beside_another();
     window.drop_file(&other);
     asked(&mut window, "other");
     assert!(!is_free(&window));
