@@ -6,6 +6,7 @@
 //! in ten seconds. `cargo bench -p lightbox --bench frames [-- SCENE]`, on a display of 1400×1100.
 
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -48,6 +49,7 @@ fn main() {
             times: Default::default(),
             busy: Default::default(),
             before: None,
+            uploaded: [0; 2],
             held: None,
         }))
     });
@@ -56,14 +58,19 @@ fn main() {
     }
 }
 
-/// Where the sliders are, found as a screen reader finds them.
+/// Where the sliders are, found as a screen reader finds them; and bytes that went to the graphics
+/// card, and in how many frames.
 #[derive(Clone, Default)]
-struct Sliders(Arc<Mutex<Vec<(String, Rect)>>>);
+struct Sliders(Arc<Mutex<Vec<(String, Rect)>>>, Arc<[AtomicU64; 2]>);
 
 impl Sliders {
     fn get(&self) -> Vec<(String, Rect)> {
         let found = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         found.clone()
+    }
+
+    fn uploaded(&self) -> [u64; 2] {
+        [0, 1].map(|i| self.1[i].load(Ordering::Relaxed))
     }
 }
 
@@ -73,6 +80,15 @@ impl Plugin for Sliders {
     }
 
     fn output_hook(&mut self, _: &Context, output: &mut FullOutput) {
+        let deltas = output.textures_delta.set.values().flatten();
+        let bytes = deltas.map(|delta| {
+            let [width, height] = delta.image.size();
+            4 * (width * height) as u64
+        });
+        let bytes: u64 = bytes.sum();
+        for (sum, part) in self.1.iter().zip([bytes, u64::from(bytes > 0)]) {
+            sum.fetch_add(part, Ordering::Relaxed);
+        }
         let Some(update) = &output.platform_output.accesskit_update else {
             return;
         };
@@ -95,6 +111,8 @@ enum Stage {
     Orbiting,
     Dragging,
     Resizing,
+    Settling,
+    Growing,
     Pausing,
     Paused,
     Finishing,
@@ -113,6 +131,8 @@ struct Driver {
     busy: [Vec<f64>; 3],
     /// What the thread had of the processor when the frame began.
     before: Option<f64>,
+    /// Bytes that had gone to the graphics card when the picture was left alone, and in how many frames.
+    uploaded: [u64; 2],
     /// Where the pointer holds something.
     held: Option<Pos2>,
 }
@@ -173,9 +193,23 @@ impl Driver {
                 if elapsed > THIRD {
                     self.report();
                     ctx.send_viewport_cmd(ViewportCommand::InnerSize(SIZE.into()));
-                    self.enter(Stage::Pausing);
+                    self.enter(Stage::Settling);
                 }
             }
+            Stage::Settling if elapsed > 2.0 => {
+                self.uploaded = self.sliders.uploaded();
+                self.enter(Stage::Growing);
+            }
+            Stage::Growing if elapsed > WATCHED as f64 => {
+                let [bytes, frames] = self.sliders.uploaded();
+                println!(
+                    "growing: {:.1} MB and {:.1} uploads per second to the graphics card",
+                    (bytes - self.uploaded[0]) as f64 * 1e-6 / elapsed,
+                    (frames - self.uploaded[1]) as f64 / elapsed
+                );
+                self.enter(Stage::Pausing);
+            }
+            Stage::Settling | Stage::Growing => {}
             Stage::Pausing => {
                 raw.events.push(space());
                 self.watch(ctx, Stage::Paused);

@@ -43,9 +43,11 @@ pub struct App {
     session: Session,
     model: Model,
     /// What the engine was told last.
-    sent: (SceneDesc, Look, Budget, Option<Region>),
+    sent: (SceneDesc, Look, Budget, Option<Region>, usize),
     /// Whether it was told to rest.
     rests: bool,
+    /// Whether it is to make one more pass first.
+    asks_for_pass: bool,
     /// The `opened` count that the model belongs to.
     opened: u64,
     /// The file named in the window's title.
@@ -75,15 +77,21 @@ impl App {
     pub fn new(ctx: &Context, path: Option<PathBuf>) -> Result<Self, String> {
         let wake = ctx.clone();
         restyle(ctx);
-        // On a large machine, one thread in eight stays free for the window and the desktop.
-        let threads = std::thread::available_parallelism().map_or(1, |n| n.get() - n.get() / 8);
-        let session = Session::new(threads, move || wake.request_repaint())?;
+        let model = Model::default();
+        let session = Session::new(model.threads, move || wake.request_repaint())?;
         session.open(&path.unwrap_or_else(|| PathBuf::from(BUILTIN[0])));
         Ok(Self {
             session,
-            model: Model::default(),
-            sent: Default::default(),
+            sent: (
+                SceneDesc::default(),
+                Look::default(),
+                Budget::default(),
+                None,
+                model.threads,
+            ),
+            model,
             rests: false,
+            asks_for_pass: false,
             opened: 0,
             title: PathBuf::new(),
             is_paused: false,
@@ -201,6 +209,9 @@ impl App {
             self.rests = rests;
             self.session.set_paused(rests);
         }
+        if std::mem::take(&mut self.asks_for_pass) {
+            self.session.add_pass();
+        }
         let look = Look {
             tone: self.model.tone,
             aov: self.model.aov,
@@ -216,6 +227,10 @@ impl App {
         if self.model.region != self.sent.3 {
             self.sent.3 = self.model.region;
             self.session.prefer(self.model.region);
+        }
+        if self.model.threads != self.sent.4 {
+            self.sent.4 = self.model.threads;
+            self.session.set_threads(self.model.threads);
         }
         if self.model.desc != self.sent.0 {
             self.sent.0 = self.model.desc.clone();
@@ -252,8 +267,9 @@ impl eframe::App for App {
         // A number that is typed is one edit, not one for each digit.
         let is_held = self.viewport.gestures.is_gliding()
             || self.viewport.gestures.flies()
-            || ctx.input(|i| i.pointer.any_down())
-            || ctx.text_edit_focused();
+            || ctx.input(|i| i.pointer.any_down() || i.pointer.any_released())
+            || ctx.text_edit_focused()
+            || panels::may_be_reset(&ctx);
         self.undo.watch(&self.model.desc, is_held);
         self.camera_undo.watch(&self.model.desc.camera, is_held);
         let mut actions = keys::pressed(&ctx, self.viewport.gestures.flies());
@@ -282,7 +298,7 @@ impl eframe::App for App {
                         panels::material_ui(ui, model, &status);
                         panels::object_ui(ui, model, &status, &mut actions);
                         panels::camera_ui(ui, model, &status, &mut actions);
-                        panels::window_ui(ui);
+                        panels::window_ui(ui, model);
                         panels::follow_focus(ui);
                     });
                 });

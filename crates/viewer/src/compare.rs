@@ -243,7 +243,7 @@ impl Compare {
                     .on_hover_text(tip);
             }
             if self.mode == Mode::Wipe {
-                ui.add(slider(&mut self.line, 0.0..=1.0).show_value(false))
+                slider(ui, &mut self.line, 0.5, 0.0..=1.0, |s| s.show_value(false))
                     .on_hover_text("Where the line is; it can be dragged in the picture too.")
                     .accessible_name("Wipe");
             }

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use egui::{Context, Key, KeyboardShortcut, Modifiers};
+use egui::{Context, Event, Key, KeyboardShortcut, Modifiers};
 
 use crate::aov::Aov;
 use crate::compare::Mode;
@@ -27,6 +27,8 @@ pub enum Action {
     SaveExr,
     /// Rest, or go on.
     Pause,
+    /// Rest after one more pass.
+    Pass,
     /// See all of the selected object, or of the scene.
     Frame,
     /// The camera of the file.
@@ -43,6 +45,8 @@ pub enum Action {
     FreeOrbit,
     /// The camera as text to the clipboard.
     CopyCamera,
+    /// The picture as shown to the clipboard.
+    CopyPicture,
     /// Half a stop brighter.
     Brighter,
     /// Half a stop darker.
@@ -77,6 +81,8 @@ pub enum Action {
     Reference,
     /// Have pixels show this.
     Show(Aov),
+    /// Show where samples were no numbers, and go to the first.
+    Invalid,
     /// Look into the samples of the pixel under the pointer.
     Autopsy,
     /// Keep the picture, and compare with it.
@@ -150,6 +156,12 @@ const KEYS: &[(Modifiers, Key, Action, &str)] = &[
         Key::Space,
         Action::Pause,
         "pause or go on; samples are kept",
+    ),
+    (
+        PLAIN,
+        Key::Period,
+        Action::Pass,
+        "render one more pass, and pause",
     ),
     (
         SHIFT,
@@ -231,6 +243,12 @@ const KEYS: &[(Modifiers, Key, Action, &str)] = &[
         Key::C,
         Action::CopyCamera,
         "copy the camera as text, as a scene file has it",
+    ),
+    (
+        COMMAND,
+        Key::C,
+        Action::CopyPicture,
+        "copy the picture as shown",
     ),
     (SHIFT, Key::E, Action::Darker, "half a stop darker"),
     (PLAIN, Key::E, Action::Brighter, "half a stop brighter"),
@@ -378,6 +396,10 @@ pub const GESTURES: &[(&str, &str)] = &[
         "Shift+left drag",
         "render a region first; Shift+click: all alike again",
     ),
+    (
+        "double-click a slider",
+        "back to what the file says, or to what is usual",
+    ),
     ("1 to 9", "go to a bookmark of the camera"),
     ("Ctrl+1 to Ctrl+9", "set a bookmark"),
     ("Ctrl+V", "paste a camera"),
@@ -403,6 +425,10 @@ pub fn pressed(ctx: &Context, flies: bool) -> Vec<Action> {
         if !taken && ctx.input_mut(|i| i.consume_key(modifiers, key)) {
             actions.push(action);
         }
+    }
+    // What window systems tell in place of the key.
+    if ctx.input(|i| i.events.contains(&Event::Copy)) {
+        actions.push(Action::CopyPicture);
     }
     actions
 }

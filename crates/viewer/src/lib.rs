@@ -34,5 +34,5 @@ pub mod undo;
 pub mod unsaved;
 pub mod viewport;
 pub mod watch;
-mod workers;
+pub mod workers;
 pub mod zoom;

@@ -4,12 +4,13 @@ use std::path::Path;
 
 use glam::Vec3;
 use lightbox_core::color::ToneMap;
-use lightbox_core::scene::{CameraDesc, MaterialDesc, Object, ObjectKind};
+use lightbox_core::scene::{MaterialDesc, Object, ObjectKind};
 use lightbox_core::{Scene, SceneDesc};
 
 use crate::aov::Aov;
 use crate::bookmarks::Bookmarks;
 use crate::session::{Budget, Region};
+use crate::workers;
 
 /// Which size the picture is rendered at.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -47,14 +48,12 @@ impl Selection {
 }
 
 /// The edited state; the engine is sent a copy after each frame that changed it.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Model {
     /// The scene as edited.
     pub desc: SceneDesc,
-    /// The file's camera and picture size, to come back to.
-    pub file_camera: CameraDesc,
-    /// Pixels across and down.
-    pub file_size: [u32; 2],
+    /// The scene as its file has it, to come back to.
+    pub file: SceneDesc,
     /// Which size is rendered.
     pub size: PictureSize,
     /// When a picture is done.
@@ -69,10 +68,31 @@ pub struct Model {
     pub region: Option<Region>,
     /// Whether orbits go over the poles.
     pub free_orbit: bool,
+    /// How many threads trace.
+    pub threads: usize,
     /// Places of the camera to go back to.
     pub bookmarks: Bookmarks,
     /// Hue of an emission whose strength is zero: material name and colour.
     pub unlit: Option<(String, Vec3)>,
+}
+
+impl Default for Model {
+    fn default() -> Self {
+        Self {
+            desc: SceneDesc::default(),
+            file: SceneDesc::default(),
+            size: PictureSize::default(),
+            budget: Budget::default(),
+            selection: None,
+            tone: ToneMap::default(),
+            aov: Aov::default(),
+            region: None,
+            free_orbit: false,
+            threads: workers::usual(),
+            bookmarks: Bookmarks::default(),
+            unlit: None,
+        }
+    }
 }
 
 impl Model {
@@ -81,13 +101,13 @@ impl Model {
     pub fn open(&mut self, desc: &SceneDesc, tone: Option<ToneMap>) {
         *self = Self {
             desc: desc.clone(),
-            file_camera: desc.camera,
-            file_size: [desc.render.width, desc.render.height],
+            file: desc.clone(),
             size: tone.map_or(self.size, |_| PictureSize::AsInFile),
             budget: tone.map_or(self.budget, |_| Budget::Samples),
             tone: tone.unwrap_or(self.tone),
             aov: self.aov,
             free_orbit: self.free_orbit,
+            threads: self.threads,
             ..Self::default()
         };
     }
@@ -101,7 +121,7 @@ impl Model {
     pub fn toggle_free_orbit(&mut self) {
         self.free_orbit = !self.free_orbit;
         if !self.free_orbit {
-            self.desc.camera.up = self.file_camera.up;
+            self.desc.camera.up = self.file.camera.up;
         }
     }
 
@@ -122,6 +142,12 @@ impl Model {
                 .cloned()
                 .unwrap_or(material),
         )
+    }
+
+    /// A material as the file has it, or a new one.
+    pub fn usual_material(&self, name: &str) -> MaterialDesc {
+        let found = self.file.materials.iter().find(|m| m.name == name);
+        found.cloned().unwrap_or_default()
     }
 
     /// Puts an edited material in its place.

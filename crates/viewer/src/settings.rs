@@ -28,6 +28,8 @@ pub struct Settings {
     pub is_plan_open: bool,
     /// Whether orbits go over the poles.
     pub free_orbit: bool,
+    /// Threads that trace; 0: as many as is usual.
+    pub threads: usize,
 }
 
 /// A file, and what belongs to it.

@@ -36,15 +36,13 @@ pub struct Spent {
 }
 
 impl Spent {
-    /// `load` and `build` are seconds; `times` are those of a render, `measuring` and `display` the
-    /// time that all of some threads were busy with that.
+    /// `load` and `build` are seconds; `times` are those of a render, `measuring` and `display` what
+    /// threads had of that together.
     pub fn new(
         [load, build]: [f64; 2],
         times: &Times,
-        threads: usize,
         [measuring, display]: [Duration; 2],
     ) -> Self {
-        let of_all = |time: Duration| time.as_secs_f64() * threads as f64;
         let clock = times.readings as f64 * seconds_per_reading();
         Self {
             load,
@@ -55,8 +53,8 @@ impl Spent {
             shadow_rays: times.seconds(Stage::ShadowRays),
             reuse: times.seconds(Stage::Reuse),
             filter: times.seconds(Stage::Filter),
-            measuring: times.seconds(Stage::Measuring) + clock + of_all(measuring),
-            display: of_all(display),
+            measuring: times.seconds(Stage::Measuring) + clock + measuring.as_secs_f64(),
+            display: display.as_secs_f64(),
         }
     }
 

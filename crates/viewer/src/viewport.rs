@@ -175,8 +175,9 @@ impl Viewport {
 
     /// Sets the picture's size, at once for a new file and otherwise when the window is at rest.
     fn follow_window(&mut self, ui: &Ui, space: Rect, model: &mut Model) {
+        let file = [model.file.render.width, model.file.render.height];
         let size = match model.size {
-            PictureSize::AsInFile => model.file_size,
+            PictureSize::AsInFile => file,
             PictureSize::FitWindow => fitting(
                 space.size() * ui.pixels_per_point(),
                 ui.input(|i| i.max_texture_side),
@@ -191,7 +192,7 @@ impl Viewport {
         let since = match &self.resize {
             Some(resize) if resize.size == size => resize.since,
             // Nothing is lost by a new file's first picture.
-            None if [settings.width, settings.height] == model.file_size => f64::NEG_INFINITY,
+            None if [settings.width, settings.height] == file => f64::NEG_INFINITY,
             _ => now,
         };
         if now - since >= SETTLE {

@@ -7,6 +7,17 @@ use rayon::ThreadPoolBuilder;
 #[cfg(target_os = "linux")]
 const NICER: i32 = 10;
 
+/// As many as trace where nobody says otherwise: on a large machine, one core in eight stays free for
+/// the window and the desktop.
+pub fn usual() -> usize {
+    cores() - cores() / 8
+}
+
+/// How many threads the machine runs at once.
+pub fn cores() -> usize {
+    std::thread::available_parallelism().map_or(1, |n| n.get())
+}
+
 /// A pool of such threads, as many as there are cores if it is told nothing else.
 pub fn pool(name: &'static str) -> ThreadPoolBuilder {
     ThreadPoolBuilder::new()

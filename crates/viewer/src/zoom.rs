@@ -5,6 +5,9 @@ use egui::{Rect, Response, Vec2};
 /// Most screen pixels per pixel of the picture, as a multiple of the whole.
 const MOST: f32 = 64.0;
 
+/// How close one comes to a pixel that is to be seen.
+const CLOSE: f32 = 8.0;
+
 /// Which part of the picture fills its place.
 pub struct Zoom {
     scale: f32,
@@ -50,6 +53,12 @@ impl Zoom {
         let (share, offset) = self.pointer;
         self.look_at(share - offset / self.scale);
         self.pointer = (self.middle + offset / self.scale, offset);
+    }
+
+    /// Comes close to a place, in shares of the picture.
+    pub fn show(&mut self, place: Vec2) {
+        self.scale = self.scale.max(CLOSE);
+        self.look_at(place);
     }
 
     /// Whether less than all of the picture is seen.

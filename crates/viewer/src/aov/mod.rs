@@ -227,6 +227,9 @@ impl Aov {
     /// The light.
     pub const COLOR: Self = Self(&ROWS[0]);
 
+    /// Where samples were no numbers.
+    pub const INVALID: Self = Self(&ROWS[4]);
+
     /// Everything, in the order of menus.
     pub fn all() -> impl DoubleEndedIterator<Item = Self> {
         ROWS.iter().map(Self)

@@ -37,11 +37,19 @@ impl App {
                 self.is_paused = !self.is_paused;
             }
             Action::Pause => {}
+            Action::Pass if self.race.is_running() => {}
+            Action::Pass if status.activity == Activity::Done => {
+                self.say(ctx, "the picture is done; Budget asks for more of it");
+            }
+            Action::Pass => {
+                self.is_paused = true;
+                self.asks_for_pass = true;
+            }
             Action::Frame => self.frame(ctx, status),
             Action::Home => self
                 .viewport
                 .gestures
-                .glide(ctx, &self.model, self.model.file_camera),
+                .glide(ctx, &self.model, self.model.file.camera),
             Action::CameraBack => {
                 self.viewport.gestures.halt();
                 self.camera_undo.undo(&mut self.model.desc.camera);
@@ -68,6 +76,7 @@ impl App {
                     "the camera is in the clipboard as text; Ctrl+V takes it up",
                 );
             }
+            Action::CopyPicture => self.copy_picture(ctx),
             Action::Brighter => self.expose(EXPOSURE_STEP),
             Action::Darker => self.expose(-EXPOSURE_STEP),
             Action::Raise => self.offset(OFFSET_STEP),
@@ -120,6 +129,7 @@ impl App {
                 self.viewport.zoom.reset();
                 ctx.request_repaint();
             }
+            Action::Invalid => self.show_invalid(ctx),
             Action::Autopsy => {
                 self.autopsy.ask();
                 ctx.request_repaint(); // It is followed up with the picture.
@@ -137,6 +147,38 @@ impl App {
             Action::Escape => self.model.selection = None,
             Action::Quit => ctx.send_viewport_cmd(ViewportCommand::Close),
         }
+    }
+
+    /// As it is shown, without what is drawn over it.
+    fn copy_picture(&mut self, ctx: &Context) {
+        let past = self.past.and_then(|_| self.session.past());
+        match past.or_else(|| self.session.snapshot()) {
+            Some(shown) if shown.size == shown.picture => {
+                let [width, height] = shown.size;
+                ctx.copy_image(shown.patches.whole());
+                let text = format!("the picture, {width} × {height} px, is in the clipboard");
+                self.say(ctx, &text);
+            }
+            _ => self.complain(ctx, "there is no picture to copy yet".into()),
+        }
+    }
+
+    /// Where the first sample was that is no number.
+    fn show_invalid(&mut self, ctx: &Context) {
+        let film = self.session.film();
+        let Some((film, first)) = film.and_then(|f| Some((f.size(), *f.invalid().1.first()?)))
+        else {
+            return;
+        };
+        self.model.aov = Aov::INVALID;
+        let share = |i: usize| (first.pixel[i] as f32 + 0.5) / film[i] as f32;
+        self.viewport.zoom.show([share(0), share(1)].into());
+        let [x, y] = first.pixel;
+        let text = format!(
+            "the first is sample {} of pixel {x}, {y}; 0 shows all of the picture",
+            first.sample
+        );
+        self.say(ctx, &text);
     }
 
     fn expose(&mut self, stops: f32) {

@@ -9,6 +9,7 @@ use crate::panels;
 use crate::session::Status;
 use crate::settings::Settings;
 use crate::unsaved::Answer;
+use crate::workers;
 
 impl App {
     /// Goes on as it was left the last time.
@@ -16,6 +17,9 @@ impl App {
         self.chart.is_open = settings.is_chart_open;
         self.is_plan_open = settings.is_plan_open;
         self.model.free_orbit = settings.free_orbit;
+        if settings.threads > 0 {
+            self.model.threads = settings.threads.min(workers::cores());
+        }
         self.viewport.gestures.is_known = settings.is_acquainted;
         self.settings = settings;
         self
@@ -28,6 +32,10 @@ impl App {
             is_chart_open: self.chart.is_open,
             is_plan_open: self.is_plan_open,
             free_orbit: self.model.free_orbit,
+            threads: match self.model.threads {
+                n if n == workers::usual() => 0,
+                n => n,
+            },
             ..self.settings.clone()
         }
     }

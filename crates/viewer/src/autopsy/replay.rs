@@ -58,7 +58,7 @@ impl Replay {
         }
         let mut place = self.chosen(paths);
         let tip = "Which of the traced paths: the first ones and the brightest.";
-        if slider_row(ui, "Path", tip, &mut place, 0..=paths.len() - 1) {
+        if slider_row(ui, "Path", tip, &mut place, 0, 0..=paths.len() - 1) {
             self.sample = paths[place].sample;
             self.step = usize::MAX;
         }
@@ -66,7 +66,7 @@ impl Replay {
         let last = path.segments.len();
         let mut step = self.step.clamp(1, last);
         let tip = "How far the path is drawn, segment by segment from the camera.";
-        if slider_row(ui, "Step", tip, &mut step, 1..=last) {
+        if slider_row(ui, "Step", tip, &mut step, last, 1..=last) {
             self.step = step;
         }
         ui.horizontal(|ui| {

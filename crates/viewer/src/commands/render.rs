@@ -251,8 +251,7 @@ fn render(args: &RenderArgs) -> Result<Outcome, String> {
         times: Spent::new(
             [load_seconds, build_seconds],
             &times,
-            threads,
-            [measuring, display],
+            [measuring, display].map(|time| time * threads as u32),
         ),
         left_out: view.plan().left_out().collect(),
         stopped_by: stop,

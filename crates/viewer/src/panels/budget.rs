@@ -18,6 +18,10 @@ const SECONDS: std::ops::RangeInclusive<f64> = 0.5..=3600.0;
 /// Errors the slider offers, per cent; others can be typed.
 const PERCENT: std::ops::RangeInclusive<f64> = 0.1..=50.0;
 
+/// What a double-click on the sliders of seconds and of error comes to.
+const USUAL_SECONDS: f64 = 60.0;
+const USUAL_PERCENT: f64 = 1.0;
+
 /// Least budget of seconds or of error: zero would never or always be met.
 const LEAST: f64 = 1e-6;
 
@@ -53,10 +57,11 @@ fn samples(ui: &mut Ui, model: &mut Model, status: &Status) {
         }
         return;
     }
-    let samples = &mut model.desc.render.samples;
+    let (samples, usual) = (&mut model.desc.render.samples, model.file.render.samples);
     set(ui, "Samples", &tip, |ui| {
-        let counts = slider(samples, SAMPLES).logarithmic(true);
-        ui.add(counts.clamping(SliderClamping::Never))
+        slider(ui, samples, usual, SAMPLES, |s| {
+            s.logarithmic(true).clamping(SliderClamping::Never)
+        })
     });
     // Typed numbers are not clamped by the slider.
     *samples = (*samples).max(1);
@@ -67,8 +72,10 @@ fn time(ui: &mut Ui, model: &mut Model, status: &Status) {
         format!("Done after so many seconds of tracing, to the nearest sample per pixel. {KEEPS}");
     if let Budget::Seconds(wanted) = &mut model.budget {
         set(ui, "Seconds", &tip, |ui| {
-            let times = slider(wanted, SECONDS).logarithmic(true).suffix(" s");
-            ui.add(times.max_decimals(1).clamping(SliderClamping::Never))
+            slider(ui, wanted, USUAL_SECONDS, SECONDS, |s| {
+                let times = s.logarithmic(true).suffix(" s");
+                times.max_decimals(1).clamping(SliderClamping::Never)
+            })
         });
         *wanted = wanted.max(LEAST);
         return;
@@ -97,8 +104,10 @@ fn error(ui: &mut Ui, model: &mut Model, status: &Status) {
     if let Budget::Noise(wanted) = &mut model.budget {
         let mut shown = *wanted * 100.0;
         let response = set(ui, "Error", &tip, |ui| {
-            let errors = slider(&mut shown, PERCENT).logarithmic(true).suffix(" %");
-            ui.add(errors.max_decimals(2).clamping(SliderClamping::Never))
+            slider(ui, &mut shown, USUAL_PERCENT, PERCENT, |s| {
+                let errors = s.logarithmic(true).suffix(" %");
+                errors.max_decimals(2).clamping(SliderClamping::Never)
+            })
         });
         if response.changed() {
             *wanted = (shown / 100.0).max(LEAST);

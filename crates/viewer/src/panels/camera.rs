@@ -10,14 +10,12 @@ use crate::session::Status;
 /// Field of view, eye and target.
 pub fn camera_ui(ui: &mut Ui, model: &mut Model, status: &Status, actions: &mut Vec<Action>) {
     section(ui, "Camera", false, |ui| {
-        let camera = &mut model.desc.camera;
+        let (camera, usual) = (&mut model.desc.camera, model.file.camera.fov);
         let tip = format!("Vertical field of view. {RESTARTS}");
         row(ui, "Field of view", &tip, |ui| {
-            ui.add(
-                slider(&mut camera.fov, 5.0..=120.0)
-                    .suffix("°")
-                    .max_decimals(1),
-            )
+            slider(ui, &mut camera.fov, usual, 5.0..=120.0, |s| {
+                s.suffix("°").max_decimals(1)
+            })
         });
         // Fine enough to aim, quick enough to cross the room.
         let speed = f64::from(camera.eye.distance(camera.target)) * 2e-3;

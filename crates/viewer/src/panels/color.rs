@@ -8,7 +8,7 @@ use glam::Vec3;
 use super::widgets::{labelled, number, row, slider, thirds};
 
 /// Edits a colour with parts in [0, 1]; says whether it was touched.
-pub fn color(ui: &mut Ui, name: &str, tip: &str, value: &mut Vec3) -> bool {
+pub fn color(ui: &mut Ui, name: &str, tip: &str, value: &mut Vec3, usual: Vec3) -> bool {
     let before = *value;
     labelled(ui, name, tip, |ui| {
         ui.spacing_mut().item_spacing.x = 3.0;
@@ -17,7 +17,7 @@ pub fn color(ui: &mut Ui, name: &str, tip: &str, value: &mut Vec3) -> bool {
             .close_behavior(PopupCloseBehavior::CloseOnClickOutside)
             .show(|ui| {
                 ui.set_width(290.0);
-                hue_saturation_brightness(ui, value);
+                hue_saturation_brightness(ui, value, usual);
             });
         let width = thirds(ui);
         for (part, x) in ["red", "green", "blue"].into_iter().zip(value.as_mut()) {
@@ -54,7 +54,7 @@ fn swatch(ui: &mut Ui, name: &str, value: Vec3) -> Response {
 }
 
 /// Three sliders over the same colour, in steps that look even.
-fn hue_saturation_brightness(ui: &mut Ui, value: &mut Vec3) {
+fn hue_saturation_brightness(ui: &mut Ui, value: &mut Vec3, usual: Vec3) {
     // Grey has no hue and black no saturation: they are remembered while the colour is this one.
     let id = ui.scope_id().with("hsv");
     let known: Option<(Vec3, HsvaGamma)> = ui.data(|d| d.get_temp(id));
@@ -63,13 +63,14 @@ fn hue_saturation_brightness(ui: &mut Ui, value: &mut Vec3) {
         _ => HsvaGamma::from(Hsva::from_rgb(value.to_array())),
     };
     let before = hsv;
-    for (name, part) in [
-        ("Hue", &mut hsv.h),
-        ("Saturation", &mut hsv.s),
-        ("Brightness", &mut hsv.v),
+    let usual = HsvaGamma::from(Hsva::from_rgb(usual.to_array()));
+    for (name, part, usual) in [
+        ("Hue", &mut hsv.h, usual.h),
+        ("Saturation", &mut hsv.s, usual.s),
+        ("Brightness", &mut hsv.v, usual.v),
     ] {
         row(ui, name, "", |ui| {
-            ui.add(slider(part, 0.0..=1.0).fixed_decimals(2))
+            slider(ui, part, usual, 0.0..=1.0, |s| s.fixed_decimals(2))
         });
     }
     if hsv != before {

@@ -14,21 +14,17 @@ pub fn display_ui(ui: &mut Ui, model: &mut Model) {
         let tip =
             format!("Brightness in stops: one more is twice the light. E and Shift+E. {KEEPS}");
         row(ui, "Exposure", &tip, |ui| {
-            ui.add(
-                slider(&mut model.tone.exposure, -10.0..=10.0)
-                    .step_by(0.1)
-                    .fixed_decimals(1),
-            )
+            slider(ui, &mut model.tone.exposure, 0.0, -10.0..=10.0, |s| {
+                s.step_by(0.1).fixed_decimals(1)
+            })
         });
         let tip = format!(
             "Added after exposure, in shares of white. O and Shift+O; N fits both to the picture, R takes both back. {KEEPS}"
         );
         row(ui, "Offset", &tip, |ui| {
-            ui.add(
-                slider(&mut model.tone.offset, -1.0..=1.0)
-                    .step_by(0.01)
-                    .fixed_decimals(2),
-            )
+            slider(ui, &mut model.tone.offset, 0.0, -1.0..=1.0, |s| {
+                s.step_by(0.01).fixed_decimals(2)
+            })
         });
         let tip = format!("Linear clips what is too bright; filmic bends it gently. {KEEPS}");
         choice(

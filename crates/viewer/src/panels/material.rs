@@ -40,25 +40,29 @@ pub fn material_ui(ui: &mut Ui, model: &mut Model, status: &Status) {
             );
         }
         let mut edited = material.clone();
-        surface(ui, &mut edited);
-        emission(ui, model, &mut edited);
+        let usual = model.usual_material(&material.name);
+        surface(ui, &mut edited, &usual);
+        emission(ui, model, &mut edited, &usual);
         if edited != material {
             model.set_material(edited);
         }
     });
 }
 
-fn surface(ui: &mut Ui, material: &mut MaterialDesc) {
+fn surface(ui: &mut Ui, material: &mut MaterialDesc, usual: &MaterialDesc) {
     ui.add_enabled_ui(material.glass.is_none(), |ui| {
         color(
             ui,
             "Albedo",
             &format!("Share of light that is scattered. {RESTARTS}"),
             &mut material.albedo,
+            usual.albedo,
         );
         let tip = format!("From all diffuse (0) to all mirror (1). {RESTARTS}");
         row(ui, "Mirror", &tip, |ui| {
-            ui.add(slider(&mut material.mirror, 0.0..=1.0).fixed_decimals(2))
+            slider(ui, &mut material.mirror, usual.mirror, 0.0..=1.0, |s| {
+                s.fixed_decimals(2)
+            })
         });
         ui.add_enabled_ui(material.mirror > 0.0, |ui| {
             color(
@@ -66,6 +70,7 @@ fn surface(ui: &mut Ui, material: &mut MaterialDesc) {
                 "Mirror color",
                 &format!("Share of light that is mirrored. {RESTARTS}"),
                 &mut material.mirror_color,
+                usual.mirror_color,
             );
         });
     });
@@ -79,13 +84,14 @@ fn surface(ui: &mut Ui, material: &mut MaterialDesc) {
         let tip =
             format!("Index of refraction: water 1.33, window glass 1.5, diamond 2.4. {RESTARTS}");
         row(ui, "Refraction", &tip, |ui| {
-            ui.add(slider(ior, 1.0..=3.0).fixed_decimals(2))
+            let usual = usual.glass.unwrap_or(WINDOW_GLASS);
+            slider(ui, ior, usual, 1.0..=3.0, |s| s.fixed_decimals(2))
         });
     }
 }
 
 /// Emission as a colour, whose largest part is 1, times a strength.
-fn emission(ui: &mut Ui, model: &mut Model, material: &mut MaterialDesc) {
+fn emission(ui: &mut Ui, model: &mut Model, material: &mut MaterialDesc, usual: &MaterialDesc) {
     let mut strength = material.emission.max_element();
     let mut hue = match &model.unlit {
         _ if strength > 0.0 => material.emission / strength,
@@ -95,25 +101,29 @@ fn emission(ui: &mut Ui, model: &mut Model, material: &mut MaterialDesc) {
     let before = strength;
     let tip = format!("Radiance that the front emits, W/(m²·sr). {RESTARTS}");
     row(ui, "Emission", &tip, |ui| {
-        let strengths = slider(&mut strength, 0.0..=STRONGEST)
-            .logarithmic(true)
-            .smallest_positive(0.01);
-        ui.add(
-            strengths
+        let usual = usual.emission.max_element();
+        slider(ui, &mut strength, usual, 0.0..=STRONGEST, |s| {
+            s.logarithmic(true)
+                .smallest_positive(0.01)
                 .max_decimals(2)
-                .clamping(egui::SliderClamping::Never),
-        )
+                .clamping(egui::SliderClamping::Never)
+        })
     });
     let strength = if strength.is_finite() {
         strength.max(0.0)
     } else {
         before
     };
+    let usual_hue = match usual.emission.max_element() {
+        0.0 => Vec3::ONE,
+        strength => usual.emission / strength,
+    };
     let recolored = color(
         ui,
         "Light color",
         &format!("Hue of the emission. {RESTARTS}"),
         &mut hue,
+        usual_hue,
     );
     if strength != before || recolored {
         // Black has no hue; it would come back as white.

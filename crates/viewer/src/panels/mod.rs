@@ -37,5 +37,5 @@ pub use race::RacePanel;
 pub use render::render_ui;
 pub use scene::scene_ui;
 pub use status_bar::status_bar_ui;
-pub use widgets::{RESTARTS, follow_focus, slider, slider_row};
+pub use widgets::{RESTARTS, follow_focus, may_be_reset, slider, slider_row};
 pub use window::window_ui;

@@ -13,9 +13,9 @@ const DEPTHS: std::ops::RangeInclusive<u32> = 1..=64;
 /// Depth, filter, method, accelerator, sampler and size.
 pub fn render_ui(ui: &mut Ui, model: &mut Model) {
     section(ui, "Render", true, |ui| {
-        let settings = &mut model.desc.render;
-        depth(ui, settings);
-        filter(ui, settings);
+        let (settings, file) = (&mut model.desc.render, &model.file.render);
+        depth(ui, settings, file);
+        filter(ui, settings, file);
         let tip = format!(
             "How paths find light: naive samples surfaces, nee lights, mis both; caustics is mis \
              and traces paths from the lamps by way of mirror and glass; reuse is caustics, and \
@@ -40,10 +40,14 @@ pub fn render_ui(ui: &mut Ui, model: &mut Model) {
     });
 }
 
-fn depth(ui: &mut Ui, settings: &mut RenderSettings) {
+fn depth(ui: &mut Ui, settings: &mut RenderSettings, file: &RenderSettings) {
     let tip =
         format!("Most segments of a path: 1 sees lights only, 2 adds direct light. {RESTARTS}");
     let mut unlimited = settings.depth == UNLIMITED;
+    let usual = match file.depth {
+        UNLIMITED => RenderSettings::default().depth,
+        depth => depth,
+    };
     row(ui, "Depth", &tip, |ui| {
         // Unlimited is the end of the scale, not a number.
         let mut shown = if unlimited {
@@ -51,8 +55,10 @@ fn depth(ui: &mut Ui, settings: &mut RenderSettings) {
         } else {
             settings.depth
         };
-        let depths = slider(&mut shown, DEPTHS).logarithmic(true);
-        let response = ui.add_enabled(!unlimited, depths);
+        let response = ui.add_enabled_ui(!unlimited, |ui| {
+            slider(ui, &mut shown, usual, DEPTHS, |s| s.logarithmic(true))
+        });
+        let response = response.inner;
         if response.changed() {
             settings.depth = shown;
         }
@@ -72,7 +78,7 @@ fn depth(ui: &mut Ui, settings: &mut RenderSettings) {
     }
 }
 
-fn filter(ui: &mut Ui, settings: &mut RenderSettings) {
+fn filter(ui: &mut Ui, settings: &mut RenderSettings, file: &RenderSettings) {
     let tip = format!("How samples near a pixel are weighted: wider is smoother. {RESTARTS}");
     let mut kind = settings.filter.kind;
     labelled(ui, "Filter", &tip, |ui| {
@@ -92,13 +98,19 @@ fn filter(ui: &mut Ui, settings: &mut RenderSettings) {
     if kind != settings.filter.kind {
         settings.filter = Filter::new(kind);
     }
+    let usual = if file.filter.kind == kind {
+        file.filter
+    } else {
+        Filter::new(kind)
+    };
     let tip = format!("Half of the filter's width. {RESTARTS}");
     row(ui, "Radius", &tip, |ui| {
-        ui.add(
-            slider(&mut settings.filter.radius, Filter::RADII)
-                .step_by(0.1)
-                .fixed_decimals(1)
-                .suffix(" px"),
+        slider(
+            ui,
+            &mut settings.filter.radius,
+            usual.radius,
+            Filter::RADII,
+            |s| s.step_by(0.1).fixed_decimals(1).suffix(" px"),
         )
     });
 }

@@ -58,6 +58,12 @@ pub fn scene_ui(
                     can[1],
                 ),
                 (
+                    "Copy",
+                    Action::CopyPicture,
+                    "The picture as shown, to the clipboard.",
+                    has_samples,
+                ),
+                (
                     "Save scene…",
                     Action::SaveScene,
                     save,
@@ -121,7 +127,11 @@ fn recent(ui: &mut Ui, settings: &Settings, actions: &mut Vec<Action>) {
 }
 
 /// A row of buttons: text, what it does, tip, and whether it can.
-fn buttons(ui: &mut Ui, row: [(&str, Action, &str, bool); 3], actions: &mut Vec<Action>) {
+fn buttons<const N: usize>(
+    ui: &mut Ui,
+    row: [(&str, Action, &str, bool); N],
+    actions: &mut Vec<Action>,
+) {
     ui.horizontal(|ui| {
         for (text, action, tip, can) in row {
             let button = ui.add_enabled(can, egui::Button::new(text));

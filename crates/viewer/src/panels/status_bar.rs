@@ -57,7 +57,7 @@ pub fn status_bar_ui(ui: &mut Ui, status: &Status, is_racing: bool, actions: &mu
             ui.shrink_clip_rect(ui.max_rect());
             pause(ui, status.activity, is_racing, actions);
             progress(ui, status);
-            figures(ui, status);
+            figures(ui, status, actions);
         });
     });
 }
@@ -109,15 +109,19 @@ fn progress(ui: &mut Ui, status: &Status) {
 type Figure = (String, String);
 
 /// As many as there is room for, whole ones: what matters most comes first.
-fn figures(ui: &mut Ui, status: &Status) {
-    let invalid = invalid(status).map(|figure| (figure, ui.visuals().error_fg_color));
-    let plain = |figure| (figure, ui.visuals().text_color());
+fn figures(ui: &mut Ui, status: &Status, actions: &mut Vec<Action>) {
+    let invalid = invalid(status).map(|figure| (figure, Some(Action::Invalid)));
+    let plain = |figure| (figure, None);
     let figures = [plain(samples(status)), plain(noise(status))].into_iter();
     let figures = figures.chain(invalid);
     let figures: Vec<_> = figures
         .chain(others(status).into_iter().map(plain))
         .collect();
-    for ((text, tip), color) in figures {
+    for ((text, tip), action) in figures {
+        let color = match action {
+            Some(_) => ui.visuals().error_fg_color,
+            None => ui.visuals().text_color(),
+        };
         let text = egui::RichText::new(text).color(color);
         let text = egui::WidgetText::from(text).into_galley(
             ui,
@@ -129,8 +133,15 @@ fn figures(ui: &mut Ui, status: &Status) {
             return;
         }
         ui.add(egui::Separator::default().spacing(SEPARATOR));
-        ui.add(egui::Label::new(text).selectable(false))
-            .on_hover_text(tip);
+        let Some(action) = action else {
+            ui.add(egui::Label::new(text).selectable(false))
+                .on_hover_text(tip);
+            continue;
+        };
+        let button = ui.add(egui::Button::new(text).frame(false));
+        if button.on_hover_text(tip).clicked() {
+            actions.push(action);
+        }
     }
 }
 
@@ -156,8 +167,7 @@ fn noise(status: &Status) -> Figure {
 }
 
 fn invalid(status: &Status) -> Option<Figure> {
-    let tip =
-        "Samples that were not numbers. They are left out of the picture. (Shift+F7 shows where.)";
+    let tip = "Samples that were not numbers. They are left out of the picture. A click shows where, and goes to the first.";
     let text = format!("{} invalid", count(status.invalid));
     (status.invalid > 0).then(|| (text, tip.into()))
 }

@@ -5,7 +5,9 @@ use std::fmt::Display;
 use std::ops::RangeInclusive;
 
 use egui::emath::Numeric;
-use egui::{DragValue, Id, Response, Slider, SliderClamping, Ui};
+use egui::{
+    Context, DragValue, Id, PointerButton, Pos2, Rect, Response, Slider, SliderClamping, Ui,
+};
 use glam::Vec3;
 
 /// End of tooltips of what is applied to the samples there are.
@@ -33,11 +35,47 @@ pub fn section(ui: &mut Ui, title: &str, open: bool, add: impl FnOnce(&mut Ui)) 
 }
 
 /// A slider that neither rounds nor clamps what it only shows: looking at a file is no edit. What
-/// is typed and is no number changes nothing.
-pub fn slider<N: Numeric>(value: &mut N, range: RangeInclusive<N>) -> Slider<'_> {
-    Slider::new(value, range)
+/// is typed and is no number changes nothing. A double-click brings back what is `usual`.
+pub fn slider<N: Numeric>(
+    ui: &mut Ui,
+    value: &mut N,
+    usual: N,
+    range: RangeInclusive<N>,
+    shape: impl FnOnce(Slider<'_>) -> Slider<'_>,
+) -> Response {
+    let slider = Slider::new(&mut *value, range)
         .clamping(SliderClamping::Edits)
-        .custom_parser(number)
+        .custom_parser(number);
+    let mut response = ui.add(shape(slider));
+    let rail = egui::vec2(ui.spacing().slider_width, response.rect.height());
+    let rail = Rect::from_min_size(response.rect.min, rail);
+    let is_over =
+        |pos: Pos2| response.enabled() && response.contains_pointer() && rail.contains(pos);
+    let (clicked, doubled) = ui.input(|i| {
+        let is_here = i.pointer.interact_pos().is_some_and(is_over);
+        let primary = PointerButton::Primary;
+        (
+            (is_here && i.pointer.button_clicked(primary)).then_some(i.time),
+            is_here && i.pointer.button_double_clicked(primary),
+        )
+    });
+    if doubled && *value != usual {
+        *value = usual;
+        response.mark_changed();
+    }
+    if clicked.is_some() {
+        let until = clicked.filter(|_| !doubled);
+        ui.data_mut(|d| d.insert_temp(Id::unique("slider clicked"), until));
+    }
+    response
+}
+
+/// Whether a click on a slider, which has moved it, may be the first of two that bring it back: not two
+/// edits but one.
+pub fn may_be_reset(ctx: &Context) -> bool {
+    let clicked: Option<f64> = ctx.data(|d| d.get_temp(Id::unique("slider clicked")).flatten());
+    let delay = ctx.options(|o| o.input_options.max_double_click_delay);
+    clicked.is_some_and(|clicked| ctx.input(|i| i.time - clicked <= delay))
 }
 
 /// A slider with its name in a row; whether it was moved.
@@ -46,9 +84,10 @@ pub fn slider_row<N: Numeric>(
     name: &str,
     tip: &str,
     value: &mut N,
+    usual: N,
     range: RangeInclusive<N>,
 ) -> bool {
-    row(ui, name, tip, |ui| ui.add(slider(value, range))).changed()
+    row(ui, name, tip, |ui| slider(ui, value, usual, range, |s| s)).changed()
 }
 
 /// A finite number as people type it.

@@ -22,7 +22,7 @@ use crate::savings::{Savings, Trial};
 
 struct Engine<'a> {
     shared: &'a Arc<Shared>,
-    pool: &'a ThreadPool,
+    pool: ThreadPool,
     source: Option<Source>,
     scene: Option<Arc<Scene>>,
     desc: Arc<SceneDesc>,
@@ -34,6 +34,8 @@ struct Engine<'a> {
     governor: Governor,
     look: Look,
     paused: bool,
+    /// Whether it makes one more pass nevertheless.
+    adds_pass: bool,
     /// Whether what is shown lags behind the look.
     stale: bool,
     snapshots: u64,
@@ -58,7 +60,7 @@ struct Engine<'a> {
 }
 
 /// Serves a session until it ends.
-pub(super) fn run(shared: &Arc<Shared>, pool: &ThreadPool) {
+pub(super) fn run(shared: &Arc<Shared>, pool: ThreadPool) {
     let mut engine = Engine {
         shared,
         pool,
@@ -71,6 +73,7 @@ pub(super) fn run(shared: &Arc<Shared>, pool: &ThreadPool) {
         governor: Governor::default(),
         look: Look::default(),
         paused: false,
+        adds_pass: false,
         stale: false,
         snapshots: 0,
         history: Arc::default(),
@@ -126,7 +129,7 @@ impl Engine<'_> {
         let Some(picture) = &self.picture else {
             return false;
         };
-        let rests = self.paused || picture.is_done();
+        let rests = (self.paused && !self.adds_pass) || picture.is_done();
         self.stale || picture.has_previews() || self.trial.is_some() || !rests
     }
 
@@ -134,6 +137,7 @@ impl Engine<'_> {
         if let Some(paused) = inbox.paused {
             self.paused = paused;
         }
+        self.adds_pass = self.paused && (self.adds_pass || inbox.pass);
         let mut looks_back = inbox.past.is_some();
         self.past = inbox.past.unwrap_or(self.past);
         let other_tone = inbox.look.is_some_and(|look| look.tone != self.look.tone);
@@ -153,6 +157,11 @@ impl Engine<'_> {
         match inbox.edit {
             Some((opened, desc)) if opened == self.opened => self.edit(desc),
             _ => {} // None, or meant for the scene before.
+        }
+        match inbox.threads.map(super::tracers) {
+            Some(Ok(pool)) => self.pool = pool,
+            Some(Err(message)) => self.shared.notify(message, true),
+            None => {}
         }
         if let Some(budget) = inbox.budget {
             self.budget = budget;
@@ -212,6 +221,7 @@ impl Engine<'_> {
         let (stale, look) = (std::mem::take(&mut self.stale), self.look);
         let (governor, cancel) = (&mut self.governor, &self.shared.cancel);
         let (trial, savings) = (&mut self.trial, &mut self.savings);
+        let adds_pass = &mut self.adds_pass;
         let mut redraws = false;
         let snapshot = match &mut self.picture {
             Some(picture) if has_work => self.pool.install(|| {
@@ -225,7 +235,10 @@ impl Engine<'_> {
                     *savings = trial.savings();
                     None
                 } else {
-                    picture.slice(governor, cancel, look)
+                    picture.one_by_one = *adds_pass;
+                    let slice = picture.slice(governor, cancel, look);
+                    *adds_pass &= picture.is_in_pass();
+                    slice
                 }
             }),
             _ => None,
@@ -271,6 +284,7 @@ impl Engine<'_> {
         }
         outbox.history.clone_from(&self.history);
         let status = &mut outbox.status;
+        status.threads = self.pool.current_num_threads();
         status.scene.clone_from(&self.scene);
         status.reference.clone_from(&self.reference);
         if let Some((picture, samples, error, invalid)) = figures {
@@ -291,7 +305,7 @@ impl Engine<'_> {
             status.left_out = picture.view.plan().left_out().collect();
             status.is_measuring = self.trial.is_some();
             status.savings.clone_from(&self.savings);
-            status.spent = picture.spent(self.opening, self.pool.current_num_threads());
+            status.spent = picture.spent(self.opening);
             status.share = picture.limits.fraction(&picture.progress);
             (status.budget, status.forecast) = (self.budget, self.outlook.forecast);
             status.promise = self.outlook.promise;

@@ -12,6 +12,7 @@ mod engine;
 mod history;
 mod keeper;
 mod look;
+mod patches;
 mod picture;
 mod preview;
 mod reference;
@@ -31,6 +32,7 @@ use lightbox_core::film::Pixel;
 use lightbox_core::part;
 use lightbox_core::scene;
 use lightbox_core::{Film, SceneDesc, View};
+use rayon::ThreadPool;
 
 use crate::spent::Opening;
 use crate::{saved, workers};
@@ -40,6 +42,7 @@ use keeper::Taken;
 pub use budget::Budget;
 pub use history::{History, Moment, Point, Run};
 pub use look::Look;
+pub use patches::Patches;
 pub use reference::Reference;
 use shared::{Inbox, Kept, Loaded, Outbox, Referring, Shared, lock};
 use shown::Shown;
@@ -58,16 +61,13 @@ impl Session {
     /// Starts an engine with some worker threads (0: one per core) and no scene. `wake` is called
     /// from other threads when there is something new to show.
     pub fn new(threads: usize, wake: impl Fn() + Send + Sync + 'static) -> Result<Self, String> {
-        let pool = workers::pool("trace")
-            .num_threads(threads)
-            .build()
-            .map_err(|e| format!("cannot start worker threads ({e})"))?;
+        let pool = tracers(threads)?;
         let shared = Arc::new(Shared::new(wake));
         lock(&shared.outbox).status.threads = pool.current_num_threads();
         let for_engine = shared.clone();
         let engine = std::thread::Builder::new()
             .name("lightbox-engine".into())
-            .spawn(move || engine::run(&for_engine, &pool))
+            .spawn(move || engine::run(&for_engine, pool))
             .map_err(|e| format!("cannot start a thread ({e})"))?;
         Ok(Self {
             shared,
@@ -145,6 +145,17 @@ impl Session {
     pub fn set_paused(&self, paused: bool) {
         self.shared
             .send(paused, |inbox| inbox.paused = Some(paused));
+    }
+
+    /// Ends the pass under way, or makes one of one sample per pixel, and rests again.
+    pub fn add_pass(&self) {
+        self.shared.send(false, |inbox| inbox.pass = true);
+    }
+
+    /// Traces on so many threads from now on; samples are kept.
+    pub fn set_threads(&self, threads: usize) {
+        self.shared
+            .send(true, |inbox| inbox.threads = Some(threads));
     }
 
     /// Changes when the picture is done; samples are kept.
@@ -347,6 +358,11 @@ impl Session {
             }
         });
     }
+}
+
+fn tracers(threads: usize) -> Result<ThreadPool, String> {
+    let pool = workers::pool("trace").num_threads(threads).build();
+    pool.map_err(|e| format!("cannot start worker threads ({e})"))
 }
 
 impl Drop for Session {

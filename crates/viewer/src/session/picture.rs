@@ -22,7 +22,7 @@ use super::history::Point;
 use super::keeper::Taken;
 use super::look::Look;
 use super::preview::{Governor, enlarge};
-use super::{Reference, Region, Snapshot};
+use super::{Patches, Reference, Region, Snapshot};
 use crate::aov::Aov;
 use crate::pace::{FIRST_CHECK, Limits, Progress};
 use crate::spent::{NEGLIGIBLE, Spent};
@@ -48,6 +48,8 @@ pub(super) struct Picture {
     pub progress: Progress,
     /// Where it ends.
     pub limits: Limits,
+    /// Whether passes are of one sample per pixel each.
+    pub one_by_one: bool,
     pub work: Work,
     /// Preview scales still to be shown before the film is filled; the last is shown next.
     previews: Vec<u32>,
@@ -59,8 +61,8 @@ pub(super) struct Picture {
     order: Arc<[usize]>,
     /// How many of them the pass has done.
     next_tile: usize,
-    /// What is shown, sRGB bytes; empty until the film is shown first.
-    rgb: Vec<u8>,
+    /// What is shown; empty until the film is shown first.
+    shown: Patches,
     /// The view that was shown last, and how many tiles are there of it, as `order` has them.
     drawn: (Aov, usize),
     /// Whether this pass measures the error of each tile it draws.
@@ -79,7 +81,7 @@ pub(super) struct Picture {
     showing: Duration,
     /// Where the light comes from, as of the last pass that measured it.
     light: Light,
-    /// Time spent on measuring and on display, all threads at once.
+    /// Time spent on measuring and on display, that of all threads together.
     overhead: [Duration; 2],
 }
 
@@ -100,10 +102,11 @@ impl Picture {
             film,
             progress: Progress::default(),
             limits: Budget::Samples.limits(samples),
+            one_by_one: false,
             work: Work::default(),
             backdrop: None,
             goal: 0,
-            rgb: Vec::new(),
+            shown: Patches::default(),
             drawn: (Aov::COLOR, 0),
             is_shown: false,
             showing: Duration::ZERO,
@@ -149,10 +152,15 @@ impl Picture {
         !self.previews.is_empty()
     }
 
+    /// Whether some pixels have more samples than others.
+    pub fn is_in_pass(&self) -> bool {
+        self.next_tile < self.film.tiles()
+    }
+
     /// Whether it is as good as asked for. A pass is always finished, so that every pixel
     /// has as many.
     pub fn is_done(&self) -> bool {
-        self.next_tile == self.film.tiles() && self.limits.next(&self.progress).is_err()
+        !self.is_in_pass() && self.limits.next(&self.progress).is_err()
     }
 
     /// Whether its error is that of all its samples.
@@ -178,8 +186,8 @@ impl Picture {
     }
 
     /// Where the time went.
-    pub fn spent(&self, opening: [f64; 2], threads: usize) -> Spent {
-        Spent::new(opening, &self.work.times, threads, self.overhead)
+    pub fn spent(&self, opening: [f64; 2]) -> Spent {
+        Spent::new(opening, &self.work.times, self.overhead)
     }
 
     /// Compares the picture with a reference from now on, tile by tile as they are measured.
@@ -200,7 +208,7 @@ impl Picture {
         let samples = self.film.samples();
         let is_even = self.next_tile == self.film.tiles();
         let error = self.error();
-        (is_even && self.is_measured() && samples > 0 && !self.rgb.is_empty()).then(|| Point {
+        (is_even && self.is_measured() && samples > 0 && !self.shown.is_empty()).then(|| Point {
             samples,
             seconds: self.progress.seconds,
             rays: self.work.rays,
@@ -228,16 +236,17 @@ impl Picture {
         let never = AtomicBool::new(false);
         let cancel = if self.is_shown { cancel } else { &never };
         let size = film.size().map(|n| n as usize);
-        let rgb = if look.aov.needs_no_samples() {
+        let patches = if look.aov.needs_no_samples() {
             let all: Vec<_> = (0..film.tiles()).collect();
             let drawn = paint(look, &self.scope(look), &view, &film, &all, cancel)?;
-            let mut rgb = vec![0; 3 * size[0] * size[1]];
-            put(&mut rgb, size[0], drawn);
+            let mut patches = Patches::black(size);
+            put(&mut patches, drawn);
             let [width, height] = self.film.size();
             // What is drawn in its place may take a while.
             self.drawn = (look.aov, 0);
-            self.rgb = enlarge(&rgb, scale, width, height);
-            rgb
+            let enlarged = enlarge(&patches.rgb(), scale, width, height);
+            self.shown = Patches::from_rgb(self.size(), &enlarged);
+            patches
         } else {
             let start = Instant::now();
             let work = view.render(&film, 1, cancel);
@@ -246,15 +255,15 @@ impl Picture {
             }
             governor.measured(start.elapsed(), work.paths);
             let image = film.develop();
-            let rgb = tone_mapped(&image, look.tone);
+            let patches = Patches::from_rgb(size, &tone_mapped(&image, look.tone));
             self.backdrop = Some((image, scale));
-            self.rgb.clear();
-            rgb
+            self.shown = Patches::default();
+            patches
         };
         self.is_shown = true;
         Some(Snapshot {
             size,
-            image: Snapshot::image(size, &rgb),
+            patches,
             picture: self.size(),
             preview: Some(scale),
             past: None,
@@ -296,7 +305,7 @@ impl Picture {
         if is_drawn {
             self.draw(tiles, look, &never);
         }
-        self.overhead[1] += start.elapsed();
+        self.overhead[1] += start.elapsed() * rayon::current_num_threads() as u32;
         // Splats come to tiles until the pass ends.
         if self.measures && !self.film.takes_splats() {
             self.measure(tiles);
@@ -345,7 +354,7 @@ impl Picture {
         for (i, errors) in tiles.iter().zip(errors) {
             (self.errors[*i], self.true_errors[*i]) = errors;
         }
-        self.overhead[0] += begin.elapsed();
+        self.overhead[0] += begin.elapsed() * rayon::current_num_threads() as u32;
     }
 
     /// The tiles of the next slice; starts a pass where one has ended.
@@ -360,7 +369,8 @@ impl Picture {
         let paths = SLICE.max(self.showing * SHOWING).as_secs_f64() / cost;
         if self.next_tile == tiles {
             // Doubling at most, so that one slow sample at the start does not set the pace.
-            let more = ((paths / pixels) as u64).clamp(1, have.max(1));
+            let most = if self.one_by_one { 1 } else { have.max(1) };
+            let more = ((paths / pixels) as u64).clamp(1, most);
             let limit = self.limits.next(&self.progress).unwrap_or(have);
             self.goal = (have + more).min(limit);
             self.next_tile = 0;

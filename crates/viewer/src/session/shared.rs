@@ -24,6 +24,9 @@ pub(super) struct Inbox {
     pub(super) rebuilt: Option<(u64, Result<Scene, String>)>,
     pub(super) look: Option<Look>,
     pub(super) paused: Option<bool>,
+    /// One more pass, though paused.
+    pub(super) pass: bool,
+    pub(super) threads: Option<usize>,
     pub(super) budget: Option<Budget>,
     pub(super) reference: Option<Referring>,
     pub(super) past: Option<Option<Moment>>,
@@ -55,6 +58,8 @@ impl Inbox {
             rebuilt,
             look,
             paused,
+            pass,
+            threads,
             budget,
             reference,
             past,
@@ -70,6 +75,8 @@ impl Inbox {
         is_same_scene
             && look.is_none()
             && paused.is_none()
+            && !pass
+            && threads.is_none()
             && budget.is_none()
             && reference.is_none()
             && past.is_none()

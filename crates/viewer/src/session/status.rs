@@ -11,6 +11,7 @@ use lightbox_core::scene::{Phase, Scene};
 
 use super::budget::Budget;
 use super::history::Point;
+use super::patches::Patches;
 use super::reference::Reference;
 use crate::aov::Aov;
 use crate::savings::Savings;
@@ -21,8 +22,8 @@ use crate::spent::Spent;
 pub struct Snapshot {
     /// Pixels across and down.
     pub size: [usize; 2],
-    /// Its pixels, sRGB, as they go to the graphics card: made where there is time for it.
-    pub image: Arc<egui::ColorImage>,
+    /// Its pixels as they go to the graphics card: made where there is time for it.
+    pub patches: Patches,
     /// Pixels across and down of the picture that it stands for.
     pub picture: [usize; 2],
     /// Where any of it is a preview: how many pixels of the picture one of the preview's covers,
@@ -37,15 +38,9 @@ pub struct Snapshot {
 }
 
 impl Snapshot {
-    /// Pixels as they go to the graphics card, from sRGB bytes, row by row from the top.
-    pub(super) fn image(size: [usize; 2], rgb: &[u8]) -> Arc<egui::ColorImage> {
-        Arc::new(egui::ColorImage::from_rgb(size, rgb))
-    }
-
     /// sRGB bytes, row by row from the top.
     pub fn rgb(&self) -> Vec<u8> {
-        let pixels = self.image.pixels.iter();
-        pixels.flat_map(|p| [p.r(), p.g(), p.b()]).collect()
+        self.patches.rgb()
     }
 }
 

@@ -11,7 +11,7 @@ use crate::window::{SCENE, Window};
 
 /// What eframe keeps on disk.
 #[derive(Default)]
-struct Storage(HashMap<String, String>);
+pub struct Storage(HashMap<String, String>);
 
 impl eframe::Storage for Storage {
     fn get_string(&self, key: &str) -> Option<String> {
@@ -29,7 +29,7 @@ impl eframe::Storage for Storage {
     fn flush(&mut self) {}
 }
 
-fn unfold(window: &mut Window, section: &str) {
+pub fn unfold(window: &mut Window, section: &str) {
     let section = window
         .harness
         .get_by_role_and_label(Role::DisclosureTriangle, section);

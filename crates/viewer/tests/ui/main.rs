@@ -6,6 +6,7 @@ mod budget;
 mod camera;
 mod chart;
 mod compare;
+mod conveniences;
 mod disk;
 mod editing;
 mod files;

@@ -10,7 +10,7 @@ use lightbox_core::{Image, part};
 use super::super::history::Point;
 use super::super::keeper::Keeper;
 use super::super::look::Look;
-use super::super::{Kept, Reference, Referring, Snapshot, lock};
+use super::super::{Kept, Patches, Reference, Referring, Snapshot, lock};
 use super::Engine;
 use crate::aov::Aov;
 use crate::savings::Trial;
@@ -122,7 +122,7 @@ fn still(image: &Image, look: Look, number: u64, past: Option<Point>) -> Snapsho
     let size = [image.width as usize, image.height as usize];
     Snapshot {
         size,
-        image: Snapshot::image(size, &tone_mapped(image, look.tone)),
+        patches: Patches::from_rgb(size, &tone_mapped(image, look.tone)),
         picture: size,
         preview: None,
         past,

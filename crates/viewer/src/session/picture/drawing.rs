@@ -8,9 +8,9 @@ use lightbox_core::image_io::tone_mapped;
 use lightbox_core::{Film, View};
 use rayon::prelude::*;
 
-use super::super::Snapshot;
 use super::super::look::Look;
 use super::super::preview::enlarge;
+use super::super::{Patches, Snapshot};
 use super::{Picture, SLICE, TILES};
 use crate::aov::Scope;
 
@@ -22,7 +22,7 @@ impl Picture {
             self.draw_on(look, cancel)?;
         } else {
             let all = self.order.clone();
-            self.rgb.clear();
+            self.shown = Patches::default();
             self.drawn = (look.aov, all.len());
             self.draw(&all, look, &AtomicBool::new(false))?;
         }
@@ -45,9 +45,8 @@ impl Picture {
     fn draw_on(&mut self, look: Look, cancel: &AtomicBool) -> Option<()> {
         if self.drawn.0 != look.aov {
             self.drawn = (look.aov, 0);
-            let [width, height] = self.size();
             // Other colours beside those of this view would mislead.
-            self.rgb = vec![0; 3 * width * height];
+            self.shown = Patches::black(self.size());
         }
         let never = AtomicBool::new(false);
         let cancel = if self.is_shown { cancel } else { &never };
@@ -64,12 +63,13 @@ impl Picture {
     /// Brings some tiles of what is shown up to date; `None` if it was interrupted.
     pub(super) fn draw(&mut self, tiles: &[usize], look: Look, cancel: &AtomicBool) -> Option<()> {
         let [width, height] = self.film.size();
-        if self.rgb.is_empty() {
-            self.rgb = match &self.backdrop {
+        if self.shown.is_empty() {
+            self.shown = match &self.backdrop {
                 Some((image, scale)) => {
-                    enlarge(&tone_mapped(image, look.tone), *scale, width, height)
+                    let preview = tone_mapped(image, look.tone);
+                    Patches::from_rgb(self.size(), &enlarge(&preview, *scale, width, height))
                 }
-                None => vec![0; 3 * width as usize * height as usize],
+                None => Patches::black(self.size()),
             };
         }
         let drawn = paint(
@@ -80,7 +80,7 @@ impl Picture {
             tiles,
             cancel,
         )?;
-        put(&mut self.rgb, width as usize, drawn);
+        put(&mut self.shown, drawn);
         self.is_shown = true;
         Some(())
     }
@@ -100,7 +100,7 @@ impl Picture {
         let backdrop = self.backdrop.as_ref().map(|(_, scale)| *scale);
         Snapshot {
             size: self.size(),
-            image: Snapshot::image(self.size(), &self.rgb),
+            patches: self.shown.clone(),
             picture: self.size(),
             preview: match look.aov.needs_no_samples() {
                 true => (!self.is_drawn()).then_some(1),
@@ -133,12 +133,9 @@ pub(super) fn paint(
     (!cancel.load(Ordering::Relaxed)).then_some(drawn)
 }
 
-/// Puts tiles where they belong in a picture of some width.
-pub(super) fn put(rgb: &mut [u8], width: usize, tiles: Vec<Painted>) {
+/// Puts tiles where they belong in a picture.
+pub(super) fn put(shown: &mut Patches, tiles: Vec<Painted>) {
     for (rect, pixels) in tiles {
-        for (y, row) in (rect.y as usize..).zip(pixels.chunks_exact(rect.width as usize)) {
-            let start = 3 * (y * width + rect.x as usize);
-            rgb[start..start + 3 * row.len()].copy_from_slice(row.as_flattened());
-        }
+        shown.put(rect, &pixels);
     }
 }

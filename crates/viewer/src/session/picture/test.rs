@@ -70,6 +70,48 @@ fn a_preview_is_named_until_the_film_covers_the_picture() {
 }
 
 #[test]
+fn a_slice_changes_its_patches_and_no_other() {
+    on_two_threads(|| {
+        let (small, mut governor) = picture(1);
+        // Eight patches, and as many tiles for each of two threads in the middle two.
+        let settings = RenderSettings {
+            width: 256,
+            height: 128,
+            ..small.view.settings
+        };
+        let view = View::new(small.view.scene.clone(), &small.camera, settings).expect("a view");
+        let mut picture = Picture::new(view, small.camera, &governor);
+        let go_on = AtomicBool::new(false);
+        picture.previews.clear();
+        picture.prefer(Some([0.3, 0.1, 0.4, 0.2]));
+        let before = picture.slice(&mut governor, &go_on, LOOK).expect("shown");
+        let rect = |tile: usize| picture.film.tile_rect(tile);
+        let patch = |tile: usize| [rect(tile).x, rect(tile).y].map(|n| n as usize / 64 * 64);
+        let first = picture.next_tile;
+        // Very slow, whatever it took.
+        (picture.work.paths, picture.progress.seconds) = (1, 1.0);
+        let next: Vec<_> = picture.order[first..first + 8]
+            .iter()
+            .map(|i| patch(*i))
+            .collect();
+        let after = picture.slice(&mut governor, &go_on, LOOK).expect("shown");
+        assert!(picture.next_tile == first + 8 && picture.is_in_pass());
+        let changed: Vec<_> = after
+            .patches
+            .since(&before.patches)
+            .map(|(at, _)| at)
+            .collect();
+        assert!(next.iter().all(|at| changed.contains(at)));
+        assert!(
+            changed.iter().all(|at| next.contains(at)) && changed.len() < 8,
+            "{changed:?}"
+        );
+        let same = picture.snapshot(LOOK);
+        assert_eq!(same.patches.since(&after.patches).count(), 0);
+    });
+}
+
+#[test]
 fn slices_come_to_the_picture_of_one_render() {
     on_two_threads(|| {
         let (mut picture, mut governor) = picture(24);
@@ -214,9 +256,9 @@ fn a_view_is_drawn_as_far_as_it_is_known() {
         let all: Vec<usize> = (0..picture.film.tiles()).collect();
         let scope = picture.scope(look);
         let painted = paint(look, &scope, &picture.view, &picture.film, &all, &go_on);
-        let mut at_once = vec![0; whole.rgb().len()];
-        put(&mut at_once, 64, painted.expect("not interrupted"));
-        assert!(at_once == whole.rgb());
+        let mut at_once = Patches::black([64, 64]);
+        put(&mut at_once, painted.expect("not interrupted"));
+        assert!(at_once.rgb() == whole.rgb());
 
         let light = picture.slice(&mut governor, &go_on, LOOK).expect("shown");
         picture.redraw(LOOK, &go_on).expect("shown");
