@@ -74,17 +74,33 @@ pub fn run(count: u64, is_planted: bool) -> bool {
         let others: Vec<Geometry> = kinds.iter().map(|kind| build(*kind)).collect();
         let counts = crate::sum::<8>(share, |rng, n| {
             let mut counts = [0; 8];
-            for _ in 0..n {
-                let ray = ray(&triangles, brute.bounds(), rng);
-                let expected = brute.intersect(&ray, |_| false);
-                counts[0] += u64::from(expected.is_some());
+            let rays: Vec<Ray> = (0..n)
+                .map(|_| ray(&triangles, brute.bounds(), rng))
+                .collect();
+            let hits: Vec<Option<Hit>> = rays
+                .iter()
+                .map(|ray| brute.intersect(ray, |_| false))
+                .collect();
+            for hit in &hits {
+                counts[0] += u64::from(hit.is_some());
                 // The same on every machine and with every kernel.
-                counts[1] = counts[1].wrapping_add(hash(bits(expected)));
-                for (i, other) in others.iter().enumerate() {
-                    let same = bits(other.intersect(&ray, |_| false)) == bits(expected)
-                        && other.occluded(&ray, u32::MAX) == expected.is_some();
-                    counts[i + 2] += u64::from(!same);
-                }
+                counts[1] = counts[1].wrapping_add(hash(bits(*hit)));
+            }
+            // One by one and all in one call.
+            for (i, other) in others.iter().enumerate() {
+                let mut same: Vec<bool> = rays
+                    .iter()
+                    .zip(&hits)
+                    .map(|(ray, hit)| {
+                        bits(other.intersect(ray, |_| false)) == bits(*hit)
+                            && other.occluded(ray, u32::MAX) == hit.is_some()
+                    })
+                    .collect();
+                let found = |k: usize, hit| same[k] &= bits(hit) == bits(hits[k]);
+                other.intersect_many(rays.len(), |k| rays[k], |_| false, found);
+                let found = |k: usize, occluded| same[k] &= occluded == hits[k].is_some();
+                other.occluded_many(rays.len(), |k| (rays[k], u32::MAX), found);
+                counts[i + 2] += same.iter().filter(|same| !**same).count() as u64;
             }
             counts
         });

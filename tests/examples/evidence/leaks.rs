@@ -41,13 +41,18 @@ pub fn run(count: u64, _: bool) -> bool {
             AccelKind::Auto,
         );
         let [leaks] = crate::sum(share, |rng, n| {
-            [(0..n)
-                .filter(|_| {
-                    geometry
-                        .intersect(&ray(&triangles, center, rng), |_| false)
-                        .is_none()
-                })
-                .count() as u64]
+            let rays: Vec<Ray> = (0..n).map(|_| ray(&triangles, center, rng)).collect();
+            let mut leaks = 0;
+            geometry.intersect_many(
+                rays.len(),
+                |i| rays[i],
+                |_| false,
+                |i, hit| {
+                    let alone = geometry.intersect(&rays[i], |_| false);
+                    leaks += u64::from(hit.is_none() || alone.is_none());
+                },
+            );
+            [leaks]
         });
         // The same kind of rays, fewer of them, by Möller & Trumbore (1997) over all triangles.
         let naive_rays = (share / 1000).clamp(1, 20_000);

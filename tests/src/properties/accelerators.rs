@@ -105,6 +105,9 @@ fn bits(hit: Option<Hit>) -> Option<(u32, [u32; 3])> {
     hit.map(|h| (h.prim, [h.t, h.u, h.v].map(f32::to_bits)))
 }
 
+/// More rays in one call than are cast one by one.
+const TOGETHER: usize = 160;
+
 /// Builds every accelerator over a few shapes and casts rays. Within the promised range hits have
 /// the bits of brute force; for any other numbers they are finite and on the ray.
 pub fn accelerators(bytes: &[u8]) {
@@ -118,29 +121,43 @@ pub fn accelerators(bytes: &[u8]) {
         .iter()
         .map(|kind| shapes.build(*kind))
         .collect();
-    for _ in 0..10 {
-        let ray = shapes.ray(&mut draw, wild);
-        let except = u32::from(draw.byte());
-        let (hit, shadow) = (
-            brute.intersect(&ray, is_emitter),
-            brute.occluded(&ray, except),
-        );
+    let rays: [(Ray, u32); 10] =
+        std::array::from_fn(|_| (shapes.ray(&mut draw, wild), u32::from(draw.byte())));
+    let expected = rays.map(|(ray, except)| {
         let any = brute.occluded(&ray, u32::MAX);
         assert_eq!(brute.intersect(&ray, |_| false).is_some(), any, "{ray:?}");
-        for (other, kind) in others.iter().zip(AccelKind::ALL) {
-            let found = other.intersect(&ray, is_emitter);
+        let hit = brute.intersect(&ray, is_emitter);
+        (bits(hit), brute.occluded(&ray, except), any)
+    });
+    for (other, kind) in others.iter().zip(AccelKind::ALL) {
+        let check_hit = |i: usize, found: Option<Hit>| {
+            let (ray, _) = rays[i % rays.len()];
             if let Some(Hit { t, .. }) = found {
                 assert!(
                     t > 0.0 && t <= ray.t_max && t < f32::INFINITY,
                     "{kind}: {t} on {ray:?}"
                 );
             }
-            let found_shadow = other.occluded(&ray, except);
             if !wild {
-                assert_eq!(bits(found), bits(hit), "{kind}: {ray:?}");
-                assert_eq!(found_shadow, shadow, "{kind}: {ray:?}");
-                assert_eq!(other.occluded(&ray, u32::MAX), any, "{kind}: {ray:?}");
+                assert_eq!(bits(found), expected[i % rays.len()].0, "{kind}: {ray:?}");
             }
+        };
+        let check_shadow = |i: usize, found: bool| {
+            let (ray, _) = rays[i % rays.len()];
+            assert!(
+                wild || found == expected[i % rays.len()].1,
+                "{kind}: {ray:?}"
+            );
+        };
+        for (i, (ray, except)) in rays.iter().enumerate() {
+            check_hit(i, other.intersect(ray, is_emitter));
+            check_shadow(i, other.occluded(ray, *except));
+            let any = other.occluded(ray, u32::MAX);
+            assert!(wild || any == expected[i].2, "{kind}: {ray:?}");
         }
+        // Often enough that they go together.
+        let ray = |i: usize| rays[i % rays.len()];
+        other.intersect_many(TOGETHER, |i| ray(i).0, is_emitter, check_hit);
+        other.occluded_many(TOGETHER, ray, check_shadow);
     }
 }

@@ -301,7 +301,7 @@ impl Geometry {
     }
 
     #[inline(always)]
-    fn test_sphere(&self, id: u32, ray: &Ray, search: &mut impl Search) {
+    pub(super) fn test_sphere(&self, id: u32, ray: &Ray, search: &mut impl Search) {
         search.tests(1);
         let sphere = &self.primitives.spheres[(id - self.primitives.first_sphere()) as usize];
         if let Some(t) = sphere.intersect(ray, search.limit()) {

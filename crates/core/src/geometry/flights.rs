@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 
-use crate::accel::Bvh;
 use crate::accel::bvh::{Along, Octants};
+use crate::accel::{Bvh, KdTree};
 use crate::math::{Floats, GROUP, Ray};
 use crate::shape::ShearedRay;
 use crate::simd::Lanes;
@@ -41,6 +41,26 @@ impl RayGroup {
     }
 }
 
+/// What many rays go through together.
+pub(super) trait Tree {
+    /// What the walk needs of a ray, its slopes first and its reach last, and whether it meets the tree.
+    fn along(&self, ray: &Ray) -> (Along, bool);
+}
+
+impl Tree for Bvh {
+    #[inline(always)]
+    fn along(&self, ray: &Ray) -> (Along, bool) {
+        self.along(ray)
+    }
+}
+
+impl Tree for KdTree {
+    #[inline(always)]
+    fn along(&self, ray: &Ray) -> (Along, bool) {
+        self.along(ray)
+    }
+}
+
 /// A ray under way.
 #[derive(Clone, Copy, Default)]
 #[repr(C, align(64))]
@@ -63,7 +83,7 @@ impl RayGroup {
     #[inline(always)]
     pub fn prepare<L: Lanes>(
         &self,
-        tree: &Bvh,
+        tree: &impl Tree,
         (first, count): (usize, usize),
         [along, sheared]: &mut [[Floats; 8]; 2],
         flights: &mut [Flight; GROUP],

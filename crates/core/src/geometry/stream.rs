@@ -6,13 +6,15 @@ use glam::Vec3;
 
 use super::Hit;
 use super::cast::{Accel, Geometry};
-use super::flights::{Flight, RayGroup};
+use super::flights::{Flight, RayGroup, Tree};
 use super::search::{Any, Face, Nearest, Search, reach};
 use crate::accel::Bvh;
 use crate::accel::bvh::{self, Along, Lists, OCTANTS, Octants, Stream};
 use crate::math::{Floats, GROUP, Ray};
 use crate::shape::{Pairs, Place, ShearedRays, TriangleRuns};
 use crate::simd::{Lanes, SET_BITS, Task};
+
+mod eights;
 
 /// So few rays are cast one by one (measured: docs/ray-casting.md).
 const FEW: usize = 128;
@@ -131,6 +133,10 @@ impl<S: Search> Task for CastMany<'_, S> {
                     }
                 }
             }
+            Accel::KdTree(tree) if L::MANY && searches.len() > FEW => {
+                prepare_batch::<L>(tree, searches.len(), scratch);
+                eights::cast::<L, S>(geometry, tree, searches, scratch);
+            }
             _ => {
                 for (i, search) in searches.iter_mut().enumerate() {
                     let ray = scratch.rays[i / GROUP].get(i % GROUP);
@@ -141,6 +147,27 @@ impl<S: Search> Task for CastMany<'_, S> {
     }
 }
 
+/// Makes rays ready for a tree, and returns how far the start of one is from that of the next.
+#[inline(always)]
+fn prepare_batch<L: Lanes>(tree: &impl Tree, count: usize, scratch: &mut Scratch) -> f32 {
+    let Scratch {
+        columns,
+        rays,
+        flights,
+        octants,
+        ..
+    } = scratch;
+    let rays = &rays[..count.div_ceil(GROUP)];
+    let mut steps = 0.0;
+    octants.clear();
+    for (k, (rays, flights)) in rays.iter().zip(flights.iter_mut()).enumerate() {
+        let count = GROUP.min(count - k * GROUP);
+        rays.prepare::<L>(tree, (k * GROUP, count), columns, flights, octants);
+        steps += (rays.get(0).origin - rays.get(1 % count).origin).length();
+    }
+    steps / rays.len() as f32
+}
+
 /// Casts rays through the tree over triangles, one octant after the other.
 #[inline(always)]
 fn cast_batch<L: Lanes, S: Search>(
@@ -149,25 +176,16 @@ fn cast_batch<L: Lanes, S: Search>(
     searches: &mut [S],
     scratch: &mut Scratch,
 ) {
+    let step = prepare_batch::<L>(tree, searches.len(), scratch);
     let Scratch {
-        columns,
-        rays,
         flights,
         octants,
         lists,
         pairs,
+        ..
     } = scratch;
-    let rays = &rays[..searches.len().div_ceil(GROUP)];
-    let mut steps = 0.0;
-    octants.clear();
-    for (k, (rays, flights)) in rays.iter().zip(flights.iter_mut()).enumerate() {
-        let count = GROUP.min(searches.len() - k * GROUP);
-        rays.prepare::<L>(tree, (k * GROUP, count), columns, flights, octants);
-        steps += (rays.get(0).origin - rays.get(1 % count).origin).length();
-    }
-    let step = steps / rays.len() as f32;
     let mut batch = Batch {
-        runs,
+        faces: runs,
         flights: flights.as_flattened_mut(),
         searches,
         pairs,
@@ -178,9 +196,27 @@ fn cast_batch<L: Lanes, S: Search>(
     batch.settle();
 }
 
-/// Rays on their way through the tree over triangles.
-struct Batch<'a, S> {
-    runs: &'a TriangleRuns,
+/// Triangles by what pairs call their place.
+trait Faces {
+    fn triangle(&self, place: Place) -> [Vec3; 3];
+    fn face(&self, place: Place) -> Face;
+}
+
+impl Faces for TriangleRuns {
+    #[inline(always)]
+    fn triangle(&self, place: Place) -> [Vec3; 3] {
+        self.triangle_at(place)
+    }
+
+    #[inline(always)]
+    fn face(&self, place: Place) -> Face {
+        Face(self.tag_at(place))
+    }
+}
+
+/// Rays on their way through a tree.
+struct Batch<'a, S, F> {
+    faces: &'a F,
     flights: &'a mut [Flight],
     searches: &'a mut [S],
     /// Pairs that wait for the exact test.
@@ -227,26 +263,7 @@ impl Default for Scratch {
     }
 }
 
-impl<S: Search> Batch<'_, S> {
-    /// Meets the triangles of a leaf at once with one ray at a time.
-    #[inline(always)]
-    fn visit_each<L: Lanes>(&mut self, items: &[u16], first: u32, count: u32) {
-        if items.is_empty() {
-            return;
-        }
-        let place = Place::new(first, count);
-        let run = self.runs.run::<L>(first, count);
-        for &item in items {
-            let flight = &self.flights[usize::from(item)];
-            let limit = flight.along.t_max() * S::LIMIT;
-            let found = run.candidates(&flight.sheared, limit);
-            let name = name(item, place);
-            let lanes = SET_BITS[found.mask as usize & 0xff];
-            self.pairs
-                .add(&found, lanes.map(|lane| name + u64::from(lane)));
-        }
-    }
-
+impl<S: Search, F: Faces> Batch<'_, S, F> {
     /// Tests all pairs that wait.
     #[inline(always)]
     fn settle(&mut self) {
@@ -258,10 +275,9 @@ impl<S: Search> Batch<'_, S> {
             let search = &mut self.searches[usize::from(item)];
             if hit.t > 0.0
                 && hit.t <= search.limit()
-                && (is_clear || flight.sheared.meets_plane(self.runs.triangle_at(place)))
+                && (is_clear || flight.sheared.meets_plane(self.faces.triangle(place)))
             {
-                let face = Face(self.runs.tag_at(place));
-                search.offer(hit.t, face, [hit.b1, hit.b2]);
+                search.offer(hit.t, self.faces.face(place), [hit.b1, hit.b2]);
                 flight.set_t_max(search.t_max());
             }
         }
@@ -269,7 +285,28 @@ impl<S: Search> Batch<'_, S> {
     }
 }
 
-impl<S: Search> Stream for Batch<'_, S> {
+impl<S: Search> Batch<'_, S, TriangleRuns> {
+    /// Meets the triangles of a leaf at once with one ray at a time.
+    #[inline(always)]
+    fn visit_each<L: Lanes>(&mut self, items: &[u16], first: u32, count: u32) {
+        if items.is_empty() {
+            return;
+        }
+        let place = Place::new(first, count);
+        let run = self.faces.run::<L>(first, count);
+        for &item in items {
+            let flight = &self.flights[usize::from(item)];
+            let limit = flight.along.t_max() * S::LIMIT;
+            let found = run.candidates(&flight.sheared, limit);
+            let name = name(item, place);
+            let lanes = SET_BITS[found.mask as usize & 0xff];
+            self.pairs
+                .add(&found, lanes.map(|lane| name + u64::from(lane)));
+        }
+    }
+}
+
+impl<S: Search> Stream for Batch<'_, S, TriangleRuns> {
     #[inline(always)]
     fn along(&self, item: u16) -> &Along {
         &self.flights[usize::from(item)].along
@@ -287,13 +324,13 @@ impl<S: Search> Stream for Batch<'_, S> {
 
     #[inline(always)]
     fn boxes(&self, first: u32, count: u32, center: Vec3) -> [[[f32; 8]; 2]; 3] {
-        self.runs.boxes(first, count, center)
+        self.faces.boxes(first, count, center)
     }
 
     #[inline(always)]
     fn visit_one<L: Lanes>(&mut self, items: &[u16], first: u32, count: u32, place: u32) {
         let place = Place::new(first, count).after(place);
-        let triangle = self.runs.triangle_at(place);
+        let triangle = self.faces.triangle_at(place);
         for items in items.chunks(8) {
             let mut eight = [items[0]; 8];
             match items.first_chunk() {
@@ -325,6 +362,6 @@ impl<S: Search> Stream for Batch<'_, S> {
 
     #[inline(always)]
     fn prefetch<L: Lanes>(&self, first: u32, count: u32) {
-        self.runs.prefetch::<L>(first, count);
+        self.faces.prefetch::<L>(first, count);
     }
 }

@@ -31,6 +31,12 @@ impl<L: Lanes> ShearedRays<L> {
         }
     }
 
+    /// Sets the distances.
+    #[inline(always)]
+    pub fn set_t_max(&mut self, t_max: L) {
+        self.t_max = t_max;
+    }
+
     /// The rays that might hit a triangle, of those in `all`; none if there is none.
     #[inline(always)]
     pub fn candidates(&self, [a, b, c]: [Vec3; 3], all: u32) -> Option<Candidates<L>> {

@@ -13,15 +13,16 @@ use lightbox_core::simd::Kernel;
 use rayon::prelude::*;
 
 /// Mode names, parted by blanks, in the order of [`MODES`].
-const NAMES: &CStr = c"lightbox-bvh lightbox-bvh-many lightbox-bvh-portable lightbox-bvh-portable-many lightbox-kdtree";
+const NAMES: &CStr = c"lightbox-bvh lightbox-bvh-many lightbox-bvh-portable lightbox-bvh-portable-many lightbox-kdtree lightbox-kdtree-many";
 
 /// The accelerator, whether on the portable kernel, whether many rays in one call.
-const MODES: [(AccelKind, bool, bool); 5] = [
+const MODES: [(AccelKind, bool, bool); 6] = [
     (AccelKind::Bvh, false, false),
     (AccelKind::Bvh, false, true),
     (AccelKind::Bvh, true, false),
     (AccelKind::Bvh, true, true),
     (AccelKind::KdTree, false, false),
+    (AccelKind::KdTree, false, true),
 ];
 
 /// A mesh as one of the modes casts rays at it.

@@ -29,7 +29,7 @@ pub use build::Built;
 pub(crate) use node::MAX_PRIMITIVES;
 pub(crate) use octants::Octants;
 pub(crate) use part::in_a_row;
-pub(crate) use slopes::{Along, OCTANTS};
+pub(crate) use slopes::{Along, OCTANTS, Octant};
 pub(crate) use stream::{Lists, Stream};
 pub(crate) use walk::Leaves;
 

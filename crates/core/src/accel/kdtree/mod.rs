@@ -2,6 +2,7 @@
 //! primitives that a ray may hit, nearest cells first. It never sees a shape.
 
 mod build;
+mod eight;
 mod events;
 mod node;
 mod traverse;
@@ -11,6 +12,7 @@ pub(super) mod test;
 
 use super::{TreeStats, half_area};
 use crate::math::Aabb;
+pub(crate) use eight::{Eight, Stack};
 use node::{Kind, Node};
 
 /// Greatest depth of a leaf, and so the capacity of the traversal stack.
