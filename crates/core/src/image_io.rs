@@ -218,11 +218,19 @@ pub(crate) fn encode_exr(image: &Image, text: &str) -> Result<Vec<u8>, String> {
     Ok(bytes.into_inner())
 }
 
+/// Why a file cannot be read, in one line.
+pub(crate) fn cannot_read(path: &Path, e: &std::io::Error) -> String {
+    let path = path.display();
+    match e.kind() {
+        std::io::ErrorKind::NotFound => format!("{path}: no such file; check the path"),
+        _ => format!("{path}: cannot be read ({e})"),
+    }
+}
+
 /// The text that [`write()`] has put beside the pixels, if any. The error is one line.
 pub fn read_text(path: &Path) -> Result<Option<String>, String> {
     let format = Format::of(path)?;
-    let file =
-        fs::File::open(path).map_err(|e| format!("{}: cannot be read ({e})", path.display()))?;
+    let file = fs::File::open(path).map_err(|e| cannot_read(path, &e))?;
     let reader = std::io::BufReader::new(file);
     let text = match format {
         Format::Png => png_text(reader),
@@ -266,7 +274,7 @@ fn exr_text(reader: impl BufRead) -> Result<Option<String>, String> {
 /// Reads a picture: EXR as it is, PNG and other 8-bit formats decoded from sRGB to linear. The
 /// error is one line.
 pub fn read(path: &Path) -> Result<Image, String> {
-    let bytes = fs::read(path).map_err(|e| format!("{}: cannot be read ({e})", path.display()))?;
+    let bytes = fs::read(path).map_err(|e| cannot_read(path, &e))?;
     decode(&bytes).map_err(|e| {
         format!(
             "{}: not a picture that can be read ({e}); use EXR or PNG",

@@ -121,6 +121,7 @@ impl Tile {
             self.cells = self.batch().cells;
         }
         let lanes = 2 * self.lanes;
+        let mut column_bytes = Vec::new();
         for lane in 0..lanes {
             for column in 0..COLUMNS {
                 let &[start, end] = rest.split_off(..2)? else {
@@ -130,10 +131,20 @@ impl Tile {
                 if start > end || end > 16 {
                     return None;
                 }
-                for cells in self.cells.chunks_exact_mut(lanes) {
-                    let mut value = [0; 16];
-                    value[start..end].copy_from_slice(rest.split_off(..end - start)?);
-                    cells[lane].add_to_column(column, u128::from_le_bytes(value))?;
+                let width = end - start;
+                if width == 0 {
+                    continue;
+                }
+                let pixels = self.cells.len() / lanes;
+                // Followed by zeros, so that 16 bytes can be read at every value.
+                column_bytes.clear();
+                column_bytes.extend_from_slice(rest.split_off(..width * pixels)?);
+                column_bytes.extend([0; 16]);
+                let used = u128::MAX >> (128 - 8 * width);
+                let windows = column_bytes.windows(16).step_by(width);
+                for (cells, window) in self.cells.chunks_exact_mut(lanes).zip(windows) {
+                    let value = u128::from_le_bytes(window.try_into().ok()?) & used;
+                    cells[lane].add_to_column(column, value << (8 * start))?;
                 }
             }
         }

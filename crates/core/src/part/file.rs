@@ -12,7 +12,7 @@ use super::{Head, LONGEST_HEAD, MAGIC};
 use crate::color::ToneMap;
 use crate::film::{Film, LONGEST_PACKED, Tile};
 use crate::filter::FilterSampler;
-use crate::image_io::remove_asides;
+use crate::image_io::{self, remove_asides};
 use crate::render::View;
 
 /// Tiles in memory at a time: some tens of megabytes.
@@ -67,14 +67,13 @@ impl<'a> Reader<'a> {
 }
 
 fn cannot_read(path: &Path, e: &io::Error) -> String {
-    let path = path.display();
+    let shown = path.display();
     match e.kind() {
         io::ErrorKind::UnexpectedEof => {
-            format!("{path}: is cut short; copy it or render it again")
+            format!("{shown}: is cut short; copy it or render it again")
         }
-        io::ErrorKind::NotFound => format!("{path}: no such file; check the path"),
-        io::ErrorKind::IsADirectory => format!("{path}: is a folder; name the parts in it"),
-        _ => format!("{path}: cannot be read ({e})"),
+        io::ErrorKind::IsADirectory => format!("{shown}: is a folder; name the parts in it"),
+        _ => image_io::cannot_read(path, e),
     }
 }
 

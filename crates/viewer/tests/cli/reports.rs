@@ -346,7 +346,7 @@ fn compare_measures_pictures() {
 
     for (reference, expected) in [
         ("c.exr", "render both at one size"),
-        ("none.exr", "none.exr: cannot be read"),
+        ("none.exr", "none.exr: no such file"),
     ] {
         let result = run(["compare", &path("a.exr"), &path(reference)]);
         assert_eq!(result.status.code(), Some(1));
