@@ -292,12 +292,33 @@ mod tests {
 
     #[test]
     fn a_path_leads_from_the_eye_from_surface_to_surface() {
-        let (mut detours, mut branches) = (0, 0);
+        let (mut detours, mut branches, mut probes) = (0, 0, 0);
         for view in views() {
             for sample in 0..32 {
                 let (segments, radiance) = view.path([12, 12], sample);
                 let autopsy = view.autopsy([12, 12], sample..sample + 1, &AtomicBool::new(false));
-                assert_eq!(autopsy.expect("not cancelled").radiances, [radiance]);
+                let autopsy = autopsy.expect("not cancelled");
+                assert_eq!(autopsy.radiances, [radiance]);
+                // The steps tell the same of each strategy as the sums do.
+                for strategy in Strategy::ALL {
+                    let sums = autopsy
+                        .found
+                        .iter()
+                        .map(|row| row[strategy as usize].mean(1));
+                    let aims = segments.iter().flat_map(|segment| &segment.aims);
+                    let of_it = aims.filter(|aim| aim.is_free && aim.strategy == strategy);
+                    let mut steps: Vec3 = of_it.clone().map(|aim| aim.radiance).sum();
+                    if strategy == Strategy::Met {
+                        probes += of_it.count();
+                        steps += segments.iter().map(|segment| segment.met).sum::<Vec3>();
+                    }
+                    let (sums, steps) = (sums.sum::<f64>(), f64::from(luminance(steps)));
+                    let limit = 1e-4 * f64::from(luminance(radiance));
+                    assert!(
+                        (sums - steps).abs() <= limit,
+                        "{strategy:?}: {sums} {steps}"
+                    );
+                }
                 let most = segments.iter().map(|segment| segment.number).max();
                 assert!((1..=view.settings.depth).contains(&most.expect("a segment")));
                 assert_eq!(segments[0].from, view.camera.eye());
@@ -326,6 +347,9 @@ mod tests {
                 );
             }
         }
-        assert!(detours > 100 && branches > 30, "{detours} {branches}");
+        assert!(
+            detours > 100 && branches > 30 && probes > 0,
+            "{detours} {branches} {probes}"
+        );
     }
 }

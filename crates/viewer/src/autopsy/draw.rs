@@ -72,13 +72,8 @@ impl<'a> Canvas<'a> {
                 self.line(segment.from, end, Stroke::new(width, color));
             }
             for aim in &segment.aims {
-                let strategy = if aim.by.is_some() {
-                    Strategy::ByMirror
-                } else {
-                    Strategy::Aimed
-                };
                 let color = if aim.is_free {
-                    COLORS[strategy as usize]
+                    COLORS[aim.strategy as usize]
                 } else {
                     SHADED
                 };

@@ -130,15 +130,16 @@ fn line(ui: &mut Ui, scene: &Scene, segment: &Segment) {
     }
     for aim in &segment.aims {
         let light = &scene.object(aim.light).label;
-        let (strategy, way) = match aim.by {
-            Some(_) => (Strategy::ByMirror, " by mirror"),
-            None => (Strategy::Aimed, ""),
+        let how = match aim.strategy {
+            Strategy::Met => format!("a probe met {light}"),
+            Strategy::Aimed => format!("aimed at {light}"),
+            Strategy::ByMirror => format!("aimed at {light} by mirror"),
         };
         let (color, what) = match aim.is_free {
-            true => (COLORS[strategy as usize], rgb(aim.radiance)),
+            true => (COLORS[aim.strategy as usize], rgb(aim.radiance)),
             false => (SHADED, "in the shade".into()),
         };
-        found(color, format!("aimed at {light}{way}: {what}"));
+        found(color, format!("{how}: {what}"));
     }
 }
 

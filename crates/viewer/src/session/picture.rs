@@ -367,7 +367,9 @@ impl Picture {
             paths => self.progress.seconds / paths as f64,
         };
         let paths = SLICE.max(self.showing * SHOWING).as_secs_f64() / cost;
-        if self.next_tile == tiles {
+        // One that was interrupted before any of its tiles was there has not begun.
+        let is_even = || self.film.most_samples() == have;
+        if self.next_tile == tiles || (self.one_by_one && is_even()) {
             // Doubling at most, so that one slow sample at the start does not set the pace.
             let most = if self.one_by_one { 1 } else { have.max(1) };
             let more = ((paths / pixels) as u64).clamp(1, most);

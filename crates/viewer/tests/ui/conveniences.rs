@@ -165,12 +165,14 @@ fn one_pass_is_made_at_a_time() {
     window.key(Modifiers::NONE, Key::Space);
     window.wait("a first rest", |w| w.status().activity == Activity::Paused);
     // The pass under way is brought to its end first.
+    let film = window.harness.state().session().film().expect("a film");
+    let before = film.samples();
     window.key(Modifiers::NONE, Key::Period);
     let even = |w: &Window| {
         let film = w.harness.state().session().film().expect("a film");
         (film.samples() == film.most_samples()).then(|| film.samples())
     };
-    window.wait("a whole pass", |w| even(w).is_some());
+    window.wait("a whole pass", |w| even(w).is_some_and(|n| n > before));
     window.harness.run_steps(30);
     let mut samples = even(&window).expect("all have as many");
     for _ in 0..3 {

@@ -2,12 +2,15 @@
 
 use glam::Vec3;
 
+use super::Strategy;
 use crate::integrator::Wave;
 use crate::math::Ray;
 
 /// Light that a path has looked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aim {
+    /// How it was found: aimed at, by way of a mirror too, or met by a probe.
+    pub strategy: Strategy,
     /// The point on a mirror or glass by way of which.
     pub by: Option<Vec3>,
     /// The point on the lamp.
@@ -113,6 +116,7 @@ impl Tale {
                 && radiance != Vec3::ZERO
             {
                 self.segments[probe.segment].1.aims.push(Aim {
+                    strategy: Strategy::Met,
                     by: probe.by,
                     to,
                     light,
@@ -152,6 +156,7 @@ impl Tale {
                     met -= ray.radiance;
                 }
                 segment.aims.push(Aim {
+                    strategy: Strategy::Aimed,
                     by: None,
                     to: end(&ray.ray),
                     light: ray.light,
@@ -163,6 +168,7 @@ impl Tale {
             // There is one at most.
             let detours = wave.detours.iter().filter(|detour| detour.index == *index);
             segment.aims.extend(detours.map(|detour| Aim {
+                strategy: Strategy::ByMirror,
                 by: Some(end(&detour.to_mirror)),
                 to: end(&detour.to_light),
                 light: detour.light,
