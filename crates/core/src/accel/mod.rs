@@ -10,11 +10,19 @@ mod progress;
 pub(crate) mod test;
 
 use beam::Beam;
+use bvh::Along;
 pub use bvh::Bvh;
 pub use kdtree::KdTree;
 pub use progress::Progress;
 
 use crate::math::{Aabb, Ray};
+
+/// A tree that many rays go through in one call.
+pub(crate) trait Tree {
+    /// What the walk needs of a ray, the slopes 1/direction first and the reach last, and whether the ray
+    /// meets the tree.
+    fn along(&self, ray: &Ray) -> (Along, bool);
+}
 
 /// Size and expected cost of a tree.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

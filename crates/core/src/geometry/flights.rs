@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 
+use crate::accel::Tree;
 use crate::accel::bvh::{Along, Octants};
-use crate::accel::{Bvh, KdTree};
 use crate::math::{Floats, GROUP, Ray};
 use crate::shape::ShearedRay;
 use crate::simd::Lanes;
@@ -38,26 +38,6 @@ impl RayGroup {
             self.0[3 + axis][i] = ray.dir[axis];
         }
         self.0[6][i] = t_max;
-    }
-}
-
-/// What many rays go through together.
-pub(super) trait Tree {
-    /// What the walk needs of a ray, its slopes first and its reach last, and whether it meets the tree.
-    fn along(&self, ray: &Ray) -> (Along, bool);
-}
-
-impl Tree for Bvh {
-    #[inline(always)]
-    fn along(&self, ray: &Ray) -> (Along, bool) {
-        self.along(ray)
-    }
-}
-
-impl Tree for KdTree {
-    #[inline(always)]
-    fn along(&self, ray: &Ray) -> (Along, bool) {
-        self.along(ray)
     }
 }
 

@@ -6,10 +6,10 @@ use glam::Vec3;
 
 use super::Hit;
 use super::cast::{Accel, Geometry};
-use super::flights::{Flight, RayGroup, Tree};
+use super::flights::{Flight, RayGroup};
 use super::search::{Any, Face, Nearest, Search, reach};
-use crate::accel::Bvh;
 use crate::accel::bvh::{self, Along, Lists, OCTANTS, Octants, Stream};
+use crate::accel::{Bvh, Tree};
 use crate::math::{Floats, GROUP, Ray};
 use crate::shape::{Pairs, Place, ShearedRays, TriangleRuns};
 use crate::simd::{Lanes, SET_BITS, Task};

@@ -2,7 +2,7 @@
 
 use super::Bvh;
 use super::node::Node;
-use crate::accel::Beam;
+use crate::accel::{Beam, Tree};
 use crate::math::Ray;
 use crate::simd::Lanes;
 
@@ -46,10 +46,9 @@ impl Along {
     }
 }
 
-impl Bvh {
-    /// What a walk needs of a ray, and whether the ray meets the tree.
+impl Tree for Bvh {
     #[inline(always)]
-    pub(crate) fn along(&self, ray: &Ray) -> (Along, bool) {
+    fn along(&self, ray: &Ray) -> (Along, bool) {
         let beam = Beam::new(ray, &self.bounds);
         let center = self.center.to_array();
         let mut first = [0.0; 3];

@@ -5,6 +5,7 @@ use std::mem::MaybeUninit;
 use super::node::{Link, Node, WIDTH};
 use super::slopes::{Planes, Slopes};
 use super::{Bvh, MAX_DEPTH};
+use crate::accel::Tree as _;
 use crate::math::Ray;
 use crate::simd::Lanes;
 

@@ -4,8 +4,8 @@
 
 use super::node::Kind;
 use super::{KdTree, MAX_DEPTH};
-use crate::accel::Beam;
 use crate::accel::bvh::{Along, Octant};
+use crate::accel::{Beam, Tree};
 use crate::math::Ray;
 use crate::simd::Lanes;
 
@@ -28,11 +28,10 @@ impl<L: Lanes> Stack<L> {
     }
 }
 
-impl KdTree {
-    /// What a walk of many rays needs of one, and whether it meets the tree: 1/direction, the origin, the
-    /// half-width of the beam, and how far it goes.
+/// 1/direction, the origin, the half-width of the beam, and how far it goes.
+impl Tree for KdTree {
     #[inline(always)]
-    pub(crate) fn along(&self, ray: &Ray) -> (Along, bool) {
+    fn along(&self, ray: &Ray) -> (Along, bool) {
         let Beam {
             origin: [ox, oy, oz],
             inv_dir: [ix, iy, iz],
@@ -43,8 +42,10 @@ impl KdTree {
         let along = Along([ix, iy, iz, ox, oy, oz, half_width, ray.t_max]);
         (along, is_met)
     }
+}
 
-    /// Visits the primitives along eight rays of one octant, given as columns of [`KdTree::along`].
+impl KdTree {
+    /// Visits the primitives along eight rays of one octant, given as columns of [`Tree::along`].
     #[inline(always)]
     pub(crate) fn walk_eight<L: Lanes>(
         &self,
