@@ -144,6 +144,28 @@ pub fn corners() -> Vec<Size> {
             triangles: boulder(7),
             ..BASE
         },
+        // More triangles than pixels.
+        Size {
+            width: 256,
+            height: 256,
+            samples: 12,
+            triangles: boulder(224),
+            ..BASE
+        },
+        Size {
+            width: 224,
+            height: 224,
+            samples: 32,
+            triangles: boulder(447),
+            ..BASE
+        },
+        Size {
+            width: 128,
+            height: 128,
+            samples: 64,
+            triangles: boulder(158),
+            ..BASE
+        },
     ]
 }
 
@@ -170,5 +192,7 @@ pub fn unseen() -> Vec<Size> {
         size(250, 100, 12, 1),
         size(400, 10, 632, 2),
         size(2450, 1, 548, 2),
+        size(180, 24, 400, 1),
+        size(300, 24, 200, 2),
     ]
 }
