@@ -132,18 +132,22 @@ impl ToneMap {
         }
     }
 
-    /// The 8-bit sRGB colour shown for some light.
-    pub fn apply(&self, rgb: Vec3) -> [u8; 3] {
+    /// The linear light that a screen is asked for: 1 is white, and what is more it cannot show.
+    pub fn curved(&self, rgb: Vec3) -> Vec3 {
         let x = (rgb * libm::exp2f(self.exposure) + self.offset).max(Vec3::ZERO);
-        let x = match self.curve {
+        match self.curve {
             ToneCurve::Linear => x,
             ToneCurve::Filmic => {
                 // The fit is made for light scaled by 0.6; the ratio tends to 2.51/2.43.
                 let x = (x * 0.6).min(Vec3::splat(1e4));
                 x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14)
             }
-        };
-        x.to_array().map(srgb_from_linear)
+        }
+    }
+
+    /// The 8-bit sRGB colour shown for some light.
+    pub fn apply(&self, rgb: Vec3) -> [u8; 3] {
+        self.curved(rgb).to_array().map(srgb_from_linear)
     }
 }
 

@@ -29,11 +29,13 @@ pub enum Mode {
     Wipe,
     /// Side by side.
     Beside,
+    /// Only the other one.
+    Instead,
 }
 
 impl Mode {
     /// Every mode with its name and what it does.
-    const ALL: [(Self, &str, &str); 3] = [
+    const ALL: [(Self, &str, &str); 4] = [
         (Self::Off, "off", "Shows the present picture only."),
         (
             Self::Wipe,
@@ -44,6 +46,11 @@ impl Mode {
             Self::Beside,
             "side by side",
             "The chosen picture is on the left, the present one on the right. Shift+B",
+        ),
+        (
+            Self::Instead,
+            "in its place",
+            "The chosen picture takes the present one's place; so it does while V is held.",
         ),
     ];
 }
@@ -58,6 +65,8 @@ struct Kept {
 /// The strip, and what is compared how.
 pub struct Compare {
     mode: Mode,
+    /// Whether the other picture is glanced at for the moment, whatever the mode.
+    pub is_glancing: bool,
     /// Where the wipe's line is, as a share of the picture's width.
     line: f32,
     /// Whether the strip is shown, if there is anything in it.
@@ -74,6 +83,7 @@ impl Default for Compare {
     fn default() -> Self {
         Self {
             mode: Mode::Off,
+            is_glancing: false,
             line: 0.5,
             is_open: true,
             kept: Vec::new(),
@@ -88,6 +98,14 @@ impl Compare {
     /// Shows a mode, or ends it.
     pub fn toggle(&mut self, mode: Mode) {
         self.mode = if self.mode == mode { Mode::Off } else { mode };
+    }
+
+    fn mode(&self) -> Mode {
+        if self.is_glancing {
+            Mode::Instead
+        } else {
+            self.mode
+        }
     }
 
     /// Shows or hides the strip.
@@ -109,7 +127,7 @@ impl Compare {
 
     /// The part of the window's space that the present picture gets.
     pub fn stage(&self, space: Rect, other: Option<&Snapshot>) -> Rect {
-        match self.mode {
+        match self.mode() {
             Mode::Beside if other.is_some() => space.with_min_x(space.center().x + 1.0),
             _ => space,
         }
@@ -133,8 +151,13 @@ impl Compare {
             .find(|kept| Arc::ptr_eq(&kept.picture, reference));
         let name = kept.map_or(&reference.name, |kept| &kept.name).clone();
         let name = name.as_str();
-        match self.mode {
+        match self.mode() {
             Mode::Off => {}
+            Mode::Instead => {
+                let painter = ui.painter().with_clip_rect(space);
+                self.other.draw(&painter, rect, other);
+                caption(ui, space, space.left_top(), name);
+            }
             Mode::Wipe => {
                 let x = rect.left() + self.line * rect.width();
                 let clip = space.with_max_x(x);
@@ -191,7 +214,7 @@ impl Compare {
         if let Some(reference) = reference {
             self.collect(ctx, reference, tone);
         }
-        session.set_comparing(self.mode != Mode::Off);
+        session.set_comparing(self.mode() != Mode::Off);
         if self.kept.is_empty() || !self.is_open {
             return;
         }

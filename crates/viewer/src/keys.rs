@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use egui::{Context, Event, Key, KeyboardShortcut, Modifiers};
+use egui::{Context, Event, InputState, Key, KeyboardShortcut, Modifiers};
 
 use crate::aov::Aov;
 use crate::compare::Mode;
@@ -91,6 +91,8 @@ pub enum Action {
     Strip,
     /// Compare in this way, or no longer.
     Compare(Mode),
+    /// Look at the kept picture while the key is held.
+    Glance,
     /// Look closer at the pixels, or less so, by halves.
     Zoom(bool),
     /// See all of the picture.
@@ -292,6 +294,12 @@ const KEYS: &[(Modifiers, Key, Action, &str)] = &[
     ),
     (
         PLAIN,
+        Key::V,
+        Action::Glance,
+        "see the kept picture in place of the present one while held",
+    ),
+    (
+        PLAIN,
         Key::Plus,
         Action::Zoom(true),
         "look closer at the pixels under the pointer",
@@ -431,6 +439,12 @@ pub fn pressed(ctx: &Context, flies: bool) -> Vec<Action> {
         actions.push(Action::CopyPicture);
     }
     actions
+}
+
+/// Whether the key of [`Action::Glance`] is held.
+pub fn is_glancing(ctx: &Context) -> bool {
+    let is_held = |i: &InputState| i.key_down(Key::V) && i.modifiers.is_none();
+    !ctx.text_edit_focused() && ctx.input(is_held)
 }
 
 /// The key of an action, as shown on buttons.

@@ -7,13 +7,14 @@ use std::process::ExitCode;
 use clap::Parser as _;
 use lightbox::args::{self, Args};
 use lightbox::commands::{self, Outcome};
+use lightbox_core::simd::Kernel;
 
 fn main() -> ExitCode {
     let args = Args::try_parse().unwrap_or_else(|e| args::exit(e));
-    let result = match args.command {
+    let result = Kernel::wished().and_then(|_| match args.command {
         Some(command) => commands::run(&command),
         None => view(args.scene),
-    };
+    });
     let (line, status) = match result {
         Ok(Outcome { report, status }) => (report, ExitCode::from(status)),
         Err(error) => {

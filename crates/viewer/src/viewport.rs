@@ -7,6 +7,7 @@ use crate::aov::Scope;
 use crate::compare::Compare;
 use crate::gestures::Gestures;
 use crate::handles::Handles;
+use crate::keys;
 use crate::legend;
 use crate::model::{Model, PictureSize};
 use crate::overlay;
@@ -95,6 +96,7 @@ impl Viewport {
         let (Some(scene), Some(snapshot)) = (&status.scene, snapshot) else {
             return None;
         };
+        self.compare.is_glancing = keys::is_glancing(ui.ctx());
         let other = session.other();
         let stage = self.compare.stage(space, other.as_deref());
         let whole = placed(ui, stage, snapshot.picture.map(|n| n as f32).into());

@@ -27,14 +27,31 @@ pub enum Kernel {
 }
 
 impl Kernel {
-    /// The best kernel of this machine; `LIGHTBOX_KERNEL` in the environment, if it is the name
-    /// of another that the machine has, takes that one.
+    /// What `LIGHTBOX_KERNEL` in the environment asks for, or else the best kernel of this machine.
+    /// So is what it asks for if the machine has no such kernel: whoever can tell a user asks
+    /// [`Kernel::wished`] first.
     pub fn detect() -> Self {
+        let best = *Self::available().last().unwrap_or(&Self::Portable);
+        Self::wished().ok().flatten().unwrap_or(best)
+    }
+
+    /// The kernel that `LIGHTBOX_KERNEL` in the environment names, if that says anything. The error
+    /// is one line.
+    pub fn wished() -> Result<Option<Self>, String> {
+        let Some(wish) = std::env::var_os("LIGHTBOX_KERNEL").filter(|wish| !wish.is_empty()) else {
+            return Ok(None);
+        };
         let available = Self::available();
-        let wish = std::env::var_os("LIGHTBOX_KERNEL");
-        let wished = |kernel: &&Self| wish.as_ref().is_some_and(|name| name == kernel.name());
-        let best = available.last().unwrap_or(&Self::Portable);
-        *available.iter().find(wished).unwrap_or(best)
+        let kernel = available.iter().find(|kernel| wish == kernel.name());
+        kernel.copied().map(Some).ok_or_else(|| {
+            let names: Vec<_> = available.iter().map(|kernel| kernel.name()).collect();
+            format!(
+                "LIGHTBOX_KERNEL in the environment is \"{}\", and this machine has no such kernel; \
+                 use one of: {}",
+                wish.to_string_lossy().escape_debug(),
+                names.join(", ")
+            )
+        })
     }
 
     /// Every kernel that runs on this machine, the best last.

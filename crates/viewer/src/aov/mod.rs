@@ -116,7 +116,7 @@ const PLAIN: Modifiers = Modifiers::NONE;
 const SHIFT: Modifiers = Modifiers::SHIFT;
 
 /// Everything that pixels can show; light comes first.
-static ROWS: [Row; 14] = [
+static ROWS: [Row; 15] = [
     Row {
         name: "colour",
         keys: (PLAIN, Key::C),
@@ -158,6 +158,13 @@ static ROWS: [Row; 14] = [
         tip: "show brightness as colour",
         paint: Paint::Samples(samples::false_color),
         legend: samples::false_color_legend,
+    },
+    Row {
+        name: "clipped",
+        keys: (PLAIN, Key::U),
+        tip: "show what is too bright or too dark for the screen",
+        paint: Paint::Samples(samples::clipped),
+        legend: |_| samples::clipped_legend(),
     },
     Row {
         name: "traversal cost",

@@ -87,6 +87,33 @@ pub fn invalid(_: &Scope<'_>, film: &Film, i: usize) -> Option<Colors> {
 /// Colour of a pixel with invalid samples.
 const INVALID: [u8; 3] = [255, 40, 60];
 
+/// Colours of pixels that the screen cannot show, as they are too bright or too dark.
+const CLIPPED: [[u8; 3]; 2] = [[255, 40, 60], [60, 130, 255]];
+
+/// White and half a step of eight bits, linear: up to there light is rounded, not cut off.
+const WHITE: f32 = 1.0045;
+
+pub fn clipped(scope: &Scope<'_>, film: &Film, i: usize) -> Option<Colors> {
+    let pixels = film.develop_tile(i)?.pixels;
+    let color = |p: &Vec3| {
+        let curved = scope.tone.curved(*p);
+        if curved.max_element() > WHITE {
+            CLIPPED[0]
+        } else if luminance(*p) > 0.0 && scope.tone.apply(*p) == [0; 3] {
+            CLIPPED[1]
+        } else {
+            [srgb_from_linear(0.4 * luminance(curved)); 3]
+        }
+    };
+    Some(pixels.iter().map(color).collect())
+}
+
+pub fn clipped_legend() -> Legend {
+    let texts = ["brighter than white", "shown black, but not without light"];
+    let swatches = CLIPPED.into_iter().zip(texts.map(str::to_owned));
+    Legend::Swatches(swatches.collect())
+}
+
 pub fn invalid_legend() -> Legend {
     let swatch = |color, text: &str| (color, text.to_owned());
     Legend::Swatches(vec![

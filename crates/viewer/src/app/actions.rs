@@ -114,13 +114,14 @@ impl App {
             Action::Keep if status.samples > 0 => self.viewport.compare.keep(&self.session),
             Action::Keep => self.complain(ctx, "there is no picture to keep yet".into()),
             Action::Strip => self.viewport.compare.toggle_strip(),
-            Action::Compare(_)
+            Action::Compare(_) | Action::Glance
                 if status.reference.is_none() && !self.viewport.compare.is_keeping() =>
             {
                 let text = "nothing to compare with yet: K keeps this picture";
                 self.complain(ctx, text.into());
             }
             Action::Compare(mode) => self.viewport.compare.toggle(mode),
+            Action::Glance => {} // As long as the key is held.
             Action::Zoom(closer) => {
                 self.viewport.zoom.by(if closer { 2.0 } else { 0.5 });
                 ctx.request_repaint(); // The picture is drawn already.

@@ -1,6 +1,9 @@
 //! What goes to standard error: errors with their status, and warnings.
 
+use std::ffi::OsStr;
+
 use lightbox_core::image_io::{read, write};
+use lightbox_core::simd::Kernel;
 use serde_json::Value;
 
 use crate::{Folder, TRIANGLE, run, stderr, stdout};
@@ -337,4 +340,37 @@ fn without_a_display_the_viewer_names_the_command_to_use() {
         "{}",
         stderr(&output)
     );
+}
+
+/// With and without a window: what the environment asks for is either done or refused.
+#[test]
+fn a_kernel_that_this_machine_does_not_have_is_refused() {
+    let start = |kernel: &OsStr, args: &[&str]| {
+        crate::lightbox()
+            .args(args)
+            .env("LIGHTBOX_KERNEL", kernel)
+            .env_remove("DISPLAY")
+            .env_remove("WAYLAND_DISPLAY")
+            .output()
+            .unwrap()
+    };
+    for args in [&["info", "cornell-box"] as &[_], &[]] {
+        for name in ["avx3", "Portable", "a\nb"] {
+            let output = start(name.as_ref(), args);
+            let error = stderr(&output);
+            assert_eq!(output.status.code(), Some(1), "{error}");
+            assert!(
+                error.starts_with("error: LIGHTBOX_KERNEL in the environment is \"")
+                    && error.contains("use one of: portable")
+                    && error.lines().count() == 1,
+                "{error}"
+            );
+            assert_eq!(stdout(&output), "");
+        }
+    }
+    let kernels = Kernel::available().into_iter().map(Kernel::name);
+    for name in kernels.chain([""]) {
+        let output = start(name.as_ref(), &["info", "cornell-box"]);
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+    }
 }

@@ -1,7 +1,7 @@
 //! Kept pictures: the strip, the wipe, side by side, and a closer look.
 
 use egui::accesskit::Role;
-use egui::{Key, Modifiers, PointerButton, Vec2};
+use egui::{Key, Modifiers, PointerButton, Shape, TextureId, Vec2};
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 
 use crate::window::{SCENE, Window};
@@ -146,6 +146,79 @@ fn the_kept_picture_is_shown_beside_the_present_one() {
     assert_eq!(window.status().samples, samples);
     window.key(Modifiers::SHIFT, Key::B);
     window.wait("the other to go", |w| other(w).is_none());
+}
+
+/// The texture that lies on top in the right half of the space for pictures, and how often its name is told.
+fn on_top(window: &Window, caption: &str) -> (Option<TextureId>, usize) {
+    let shapes = &window.harness.output().shapes;
+    let place = window.at(0.75, 0.5);
+    let mut images = shapes.iter().filter_map(|clipped| match &clipped.shape {
+        Shape::Mesh(mesh)
+            if mesh.texture_id != TextureId::default()
+                && clipped.clip_rect.contains(place)
+                && mesh.calc_bounds().contains(place) =>
+        {
+            Some(mesh.texture_id)
+        }
+        _ => None,
+    });
+    let texts = shapes.iter().filter_map(|clipped| match &clipped.shape {
+        Shape::Text(text) => Some(text.galley.text()),
+        _ => None,
+    });
+    (
+        images.next_back(),
+        texts.filter(|text| *text == caption).count(),
+    )
+}
+
+#[test]
+fn the_kept_picture_takes_the_place_of_the_present_one_while_a_key_is_held() {
+    let mut window = Window::open(SCENE);
+    let other = |w: &Window| w.harness.state().session().other();
+    let kept = "16 spp reuse, early";
+    // With nothing kept it is told what to do.
+    window.key(Modifiers::NONE, Key::V);
+    let text = "nothing to compare with yet: K keeps this picture";
+    assert!(window.harness.query_by_label_contains(text).is_some());
+    keep(&mut window);
+    let field = "Name of kept picture 1";
+    window.harness.get_by_label(field).focus();
+    window.harness.run_steps(2);
+    window.harness.get_by_label(field).type_text(", early");
+    // Those who type see what they type.
+    window.harness.key_down(Key::V);
+    window.harness.run_steps(4);
+    // The name stands in its field.
+    let (present, told) = on_top(&window, kept);
+    assert!(present.is_some() && told == 1 && other(&window).is_none());
+    window.harness.key_up(Key::V);
+    let corner = window.at(0.1, 0.1);
+    window.click_at(corner);
+    window.key(Modifiers::NONE, Key::Escape); // What was clicked is selected.
+
+    for mode in [None, Some(Key::B)] {
+        if let Some(key) = mode {
+            window.key(Modifiers::SHIFT, key);
+            window.wait("both", |w| other(w).is_some());
+        }
+        let before = on_top(&window, kept);
+        assert_eq!(before, (present, 1 + usize::from(mode.is_some())));
+        window.harness.key_down(Key::V);
+        window.wait("the kept picture alone", |w| {
+            let (top, told) = on_top(w, kept);
+            top.is_some() && top != present && told == 2
+        });
+        window.harness.key_up(Key::V);
+        window.harness.run_steps(2);
+        assert_eq!(on_top(&window, kept), before);
+    }
+    // Without a key, and until it is chosen no longer.
+    window.click("in its place");
+    window.wait("the kept picture alone", |w| on_top(w, kept).0 != present);
+    window.click("off");
+    window.wait("nobody to look at it", |w| other(w).is_none());
+    assert_eq!(on_top(&window, kept), (present, 1));
 }
 
 /// The pixel under the pointer is this.

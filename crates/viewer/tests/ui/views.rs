@@ -86,6 +86,58 @@ fn noise_is_shown_in_the_colours_of_its_scale() {
 }
 
 #[test]
+fn what_the_screen_cannot_show_is_marked() {
+    let mut window = Window::open(SCENE);
+    // So that light is lost at both ends.
+    window.set("Exposure", 2.0);
+    window.set("Offset", -0.2);
+    let is_grey = |p: &[u8]| p[0] == p[1] && p[1] == p[2];
+    for curve in ["linear", "filmic"] {
+        let map = show(&mut window, "clipped");
+        let tone = window.harness.state().model().tone;
+        assert_eq!(
+            (tone.exposure, tone.offset, tone.curve.name()),
+            (2.0, -0.2, curve)
+        );
+        let session = window.harness.state().session();
+        let mut counts = [0; 3];
+        for (i, shown) in (0..).zip(map.chunks(3)) {
+            let mean = session.pixel([i % 40, i / 40]).expect("a pixel").mean;
+            let light = mean * 4.0 - 0.2;
+            // The curve that bends light comes to white at twelve.
+            let [white, clipped] = if curve == "linear" {
+                [1.0, 1.02]
+            } else {
+                [12.0, 15.0]
+            };
+            let is_bright = light.max_element() > clipped;
+            let may_be_bright = light.max_element() > white;
+            // Where there is no light, black is right.
+            let [is_dark, may_be_dark] =
+                [0.0, 0.001].map(|least| mean.max_element() > 0.0 && light.max_element() < least);
+            let is_marked = [shown[0] > shown[2], shown[2] > shown[0]];
+            assert!(is_marked[0] || !is_bright, "{shown:?}: {light}");
+            assert!(may_be_bright || !is_marked[0], "{shown:?}: {light}");
+            assert!(is_marked[1] || !is_dark, "{shown:?}: {light}");
+            assert!(may_be_dark || !is_marked[1], "{shown:?}: {light}");
+            assert!(is_grey(shown) != (is_marked[0] || is_marked[1]));
+            let kind = is_marked.iter().position(|is| *is).unwrap_or(2);
+            counts[kind] += 1;
+        }
+        assert!(counts[1] > 0 && counts[2] > 0, "{curve} {counts:?}");
+        assert_eq!(counts[0] > 0, curve == "linear", "{curve} {counts:?}");
+        window.click("filmic");
+        show(&mut window, "colour");
+    }
+    for text in ["brighter than white", "shown black, but not without light"] {
+        assert!(window.harness.query_by_label(text).is_none());
+        show(&mut window, "clipped");
+        window.harness.get_by_label(text);
+        show(&mut window, "colour");
+    }
+}
+
+#[test]
 fn surfaces_are_shown_while_the_samples_go_on() {
     let mut window = Window::open(SCENE);
     // The ball is in the middle, the wall behind it.
