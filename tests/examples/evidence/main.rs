@@ -7,6 +7,7 @@
 mod accelerators;
 mod leaks;
 mod meshes;
+mod methods;
 mod self_hits;
 
 use std::process::ExitCode;
@@ -25,7 +26,7 @@ type Command = (
     fn(u64, bool) -> bool,
 );
 
-const COMMANDS: [Command; 3] = [
+const COMMANDS: [Command; 4] = [
     (
         "leaks",
         "rays",
@@ -35,6 +36,13 @@ const COMMANDS: [Command; 3] = [
     ),
     ("self-hits", "rays", 100_000_000, None, self_hits::run),
     ("accelerators", "rays", 10_000_000, None, accelerators::run),
+    (
+        "methods",
+        "scenes",
+        100,
+        Some(Bug::ReusedUnseen),
+        methods::run,
+    ),
 ];
 
 /// Rays of one seed: what a thread takes at a time.
@@ -64,7 +72,7 @@ fn main() -> ExitCode {
     let command = COMMANDS.iter().find(|c| c.0 == name);
     let count = count.map_or(Some(command.map_or(0, |c| c.2)), |c| c.parse().ok());
     let (Some((_, unit, _, bug, run)), Some(count)) = (command, count) else {
-        eprintln!("usage: evidence leaks|self-hits|accelerators [COUNT] [planted]");
+        eprintln!("usage: evidence leaks|self-hits|accelerators|methods [COUNT] [planted]");
         return ExitCode::from(2);
     };
     println!(

@@ -13,7 +13,7 @@ const NONE: u32 = u32::MAX;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Anchor {
     pub point: SurfacePoint,
-    /// Primitive id.
+    /// The primitive that does not hide it.
     pub prim: u32,
     /// Unit normal on the path's side.
     pub n: Vec3,

@@ -26,7 +26,7 @@ use glam::Vec3;
 use super::caustics::Caustics;
 use super::vertices::Vertices;
 use super::{AIMED_AT, Path, Transport, Wave, is_only, power_heuristic};
-use crate::geometry::Hit;
+use crate::geometry::{Hit, NOTHING};
 use crate::light::Mark;
 use crate::math::{GROUP, Ray};
 use crate::planted::{self, Bug};
@@ -35,9 +35,6 @@ use crate::simd::{Lanes, Task};
 use crate::work::{Stage, Stopwatch};
 
 mod marks;
-
-/// What is not counted as an obstacle between two surfaces, or one and the camera: nothing.
-const NOTHING: u32 = u32::MAX;
 
 /// Light that the camera sees.
 #[derive(Clone, Copy, Debug)]

@@ -116,7 +116,8 @@ impl Wave {
                 let bsdf = material.bsdf(|| scene.primitives().uv(hit));
                 if is_on && !path.is_probe && matches!(bsdf, Bsdf::Diffuse(_)) {
                     let second = Surface { point, n };
-                    reuse.arrives(path.index, bounce, second, hit.prim);
+                    let prim = scene.primitives().never_before(hit.prim, front);
+                    reuse.arrives(path.index, bounce, second, prim);
                 }
                 vertices.set_surface(lane, hit.prim, n, front, bsdf);
                 if path.is_probe {

@@ -48,7 +48,7 @@ struct Joint {
     bounce: u32,
     first: Surface,
     second: Surface,
-    /// Primitive id of the second.
+    /// The primitive that does not hide the second.
     prim: u32,
 }
 

@@ -52,6 +52,8 @@ pub(super) struct Vertices {
     /// Points that are not on triangles.
     elsewhere: Vec<(usize, SurfacePoint)>,
     pub points: SurfacePoints,
+    /// Primitive of the surface.
+    prims: [u32; GROUP],
     /// Unit normal on the side of `wo`.
     pub n: Vectors,
     /// Diffuse reflectance, and the probability that a path goes on that way.
@@ -94,6 +96,7 @@ impl Default for Vertices {
             barycentrics: [floats; 2],
             elsewhere: Vec::new(),
             points: SurfacePoints::default(),
+            prims: [0; GROUP],
             n: vectors,
             diffuse: vectors,
             diffuse_share: floats,
@@ -196,6 +199,7 @@ impl Vertices {
     /// Sets what the surface of a lane is like, and the side from which it is seen.
     #[inline(always)]
     pub fn set_surface(&mut self, lane: usize, prim: u32, n: Vec3, front: bool, bsdf: Bsdf) {
+        self.prims[lane] = prim;
         self.n.set(lane, n);
         let diffuse = bsdf.diffuse();
         self.diffuse.set(lane, diffuse);
@@ -249,7 +253,9 @@ impl Vertices {
         }
         for lane in 0..self.count {
             let distance = self.shadow_distance[lane];
-            if distance > 0.0 && self.diffuse.get(lane) != Vec3::ZERO {
+            // No primitive shines on itself, whatever side of it rounding puts a point on its back.
+            let is_own = lights.prims[lane] == self.prims[lane];
+            if distance > 0.0 && !is_own && self.diffuse.get(lane) != Vec3::ZERO {
                 rays.push(ShadowRay {
                     ray: Ray {
                         origin: self.shadow_origin.get(lane),

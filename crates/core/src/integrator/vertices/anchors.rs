@@ -53,9 +53,10 @@ impl Vertices {
             let (point, n) = (self.points.get(lane), self.n.get(lane));
             let diffuse_share = self.diffuse_share[lane];
             let f = reuse.head(index) * self.throughput.get(lane) * diffuse * FRAC_1_PI;
+            let front = n.dot(point.n) > 0.0;
             let anchor = Anchor {
                 point,
-                prim,
+                prim: transport.scene.primitives().never_before(prim, front),
                 n,
                 f,
                 diffuse_share,

@@ -59,6 +59,10 @@ impl Vertices {
             let Some((light, at, pdf)) = scene.lights().sample_area(|| pick, u) else {
                 return;
             };
+            // No sphere mirrors on itself, or shines on itself.
+            if mirror.prim == self.prims[lane] || mirror.prim == light {
+                continue;
+            }
             let Some((density, rays)) = connect(&point, n, mirror, &at) else {
                 continue;
             };
