@@ -22,9 +22,6 @@ mod triangles;
 #[cfg(test)]
 pub(crate) mod test;
 
-/// The id of no primitive: for a ray on which everything counts as an obstacle.
-pub(crate) const NOTHING: u32 = u32::MAX;
-
 /// Primitives of a scene; see the module's text for ids.
 #[derive(Debug, Default)]
 pub struct Primitives {
@@ -238,17 +235,6 @@ impl Primitives {
         match self.quads.get(i) {
             Some(quad) => Primitive::Quad(*quad),
             None => Primitive::Sphere(self.spheres[i - self.quads.len()]),
-        }
-    }
-
-    /// What never stands before a point of a primitive that is seen from its front or back: that primitive, but
-    /// [`NOTHING`] if it is a sphere seen from inside, whose other half may.
-    #[inline(always)]
-    pub(crate) fn never_before(&self, id: u32, front: bool) -> u32 {
-        if front || !self.is_sphere(id) {
-            id
-        } else {
-            NOTHING
         }
     }
 

@@ -58,13 +58,10 @@ const ONLY: f32 = f32::INFINITY;
 /// light the diffuse surface before it has aimed at.
 const AIMED_AT: f32 = f32::MAX;
 
-/// Stands for the density of a direction that was the only one possible, and leads through glass.
-const THROUGH_GLASS: f32 = f32::MAX / 2.0;
-
 /// Whether a direction was the only one possible, by its density.
 #[inline(always)]
 fn is_only(direction_pdf: f32) -> bool {
-    direction_pdf >= THROUGH_GLASS
+    direction_pdf >= AIMED_AT
 }
 
 /// A path on its way.

@@ -443,7 +443,12 @@ pub fn pressed(ctx: &Context, flies: bool) -> Vec<Action> {
 
 /// Whether the key of [`Action::Glance`] is held.
 pub fn is_glancing(ctx: &Context) -> bool {
-    let is_held = |i: &InputState| i.key_down(Key::V) && i.modifiers.is_none();
+    let is_held = |i: &InputState| {
+        let mut keys = KEYS
+            .iter()
+            .filter(|(.., action, _)| *action == Action::Glance);
+        keys.any(|(modifiers, key, ..)| i.key_down(*key) && i.modifiers == *modifiers)
+    };
     !ctx.text_edit_focused() && ctx.input(is_held)
 }
 

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use glam::Vec3;
 use lightbox_core::lab::random::Rng;
 use lightbox_core::lab::stats::{Comparisons, REPLICATES, Replicates};
+use lightbox_core::math::Frame;
 use lightbox_core::{Method, Scene};
 use lightbox_tests::{picture, view, written};
 use rayon::prelude::*;
@@ -115,13 +116,13 @@ fn scene(rng: &mut Rng) -> String {
             material(rng, i == 0)
         );
     }
-    // Sides of the cube: across, up, and where the middle is.
+    // The sides of the cube, their fronts inside.
     let sides = [Vec3::X, Vec3::Y, Vec3::Z]
         .into_iter()
         .flat_map(|axis| [axis, -axis]);
     for out in sides.filter(|out| is_room || *out == -Vec3::Y) {
-        let (across, up) = frame(out);
-        quad(&mut text, rng.below(materials).min(1), [out, across, up]);
+        let material = format!("m{}", rng.below(materials).min(1));
+        quad(&mut text, &material, out, [1.0; 2], -out);
     }
     for _ in 0..1 + rng.below(4) {
         let material = rng.below(materials);
@@ -156,48 +157,29 @@ fn material(rng: &mut Rng, is_diffuse: bool) -> String {
     }
 }
 
-/// Two unit vectors that make a right-handed frame with a third.
-fn frame(n: Vec3) -> (Vec3, Vec3) {
-    let (across, up) = n.any_orthonormal_pair();
-    if across.cross(up).dot(n) < 0.0 {
-        (up, across)
-    } else {
-        (across, up)
-    }
-}
-
-/// A side of the room, seen from inside.
-fn quad(text: &mut String, material: usize, [out, across, up]: [Vec3; 3]) {
-    let corners = [across + up, up - across, -across - up, across - up].map(|v| out + v);
-    // Turned round: the front is inside.
-    let [a, b, c, d] = corners;
+/// A rectangle by its middle, half its edges and the normal of its front.
+fn quad(text: &mut String, material: &str, center: Vec3, [a, b]: [f32; 2], n: Vec3) {
+    let Frame { s, t, .. } = Frame::around(n);
+    let (s, t) = (a * s, b * t);
+    let [a, b, c, d] = [-s - t, s - t, s + t, t - s].map(|v| center + v);
     let _ = write!(
         text,
-        "[[quad]]\nmaterial = \"m{material}\"\ncorners = [{d}, {c}, {b}, {a}]\n"
+        "[[quad]]\nmaterial = \"{material}\"\ncorners = [{a}, {b}, {c}, {d}]\n"
     );
 }
 
 /// A sphere, a quad, or a rock.
 fn thing(text: &mut String, rng: &mut Rng, material: &str, center: Vec3, size: f32) {
-    let _ = match rng.below(3) {
-        0 => write!(
-            text,
-            "[[sphere]]\nmaterial = \"{material}\"\ncenter = {center}\nradius = {size}\n"
-        ),
+    let shape = match rng.below(3) {
+        0 => format!("[[sphere]]\ncenter = {center}\nradius = {size}"),
         1 => {
-            let (across, up) = frame(rng.direction());
-            let (across, up) = (across * size, up * (size * (0.2 + rng.unit())));
-            let [a, b, c, d] =
-                [across + up, up - across, -across - up, across - up].map(|v| center + v);
-            write!(
-                text,
-                "[[quad]]\nmaterial = \"{material}\"\ncorners = [{a}, {b}, {c}, {d}]\n"
-            )
+            let edges = [size, size * (0.2 + rng.unit())];
+            return quad(text, material, center, edges, rng.direction());
         }
-        _ => write!(
-            text,
-            "[[mesh]]\nmaterial = \"{material}\"\nboulder = {}\nscale = {size}\ntranslate = {center}\n",
-            20 * (1 + rng.below(80))
-        ),
+        _ => {
+            let triangles = 20 * (1 + rng.below(80));
+            format!("[[mesh]]\nboulder = {triangles}\nscale = {size}\ntranslate = {center}")
+        }
     };
+    let _ = write!(text, "{shape}\nmaterial = \"{material}\"\n");
 }

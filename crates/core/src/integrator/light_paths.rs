@@ -6,8 +6,7 @@
 //! A light path leaves a lamp towards something specular ([`crate::light`]), goes on by chance as
 //! camera paths do, and at each diffuse surface is joined to the camera, if that sees it. It
 //! counts only light that has left its lamp by way of mirror or glass; the rest is aimed at from
-//! the camera's side, as is light by way of one mirror sphere. Lamps within glass are left to the
-//! camera paths: they shine as if in air, which from either side means another amount of light.
+//! the camera's side, as is light by way of one mirror sphere.
 //!
 //! Camera paths find the same light by running into it: from the camera to a diffuse surface, and
 //! in the end from a diffuse surface by way of mirror or glass to the lamp. Both count, weighted
@@ -26,7 +25,7 @@ use glam::Vec3;
 use super::caustics::Caustics;
 use super::vertices::Vertices;
 use super::{AIMED_AT, Path, Transport, Wave, is_only, power_heuristic};
-use crate::geometry::{Hit, NOTHING};
+use crate::geometry::Hit;
 use crate::light::Mark;
 use crate::math::{GROUP, Ray};
 use crate::planted::{self, Bug};
@@ -35,6 +34,9 @@ use crate::simd::{Lanes, Task};
 use crate::work::{Stage, Stopwatch};
 
 mod marks;
+
+/// What is not counted as an obstacle between two surfaces, or one and the camera: nothing.
+pub(super) const NOTHING: u32 = u32::MAX;
 
 /// Light that the camera sees.
 #[derive(Clone, Copy, Debug)]
@@ -209,10 +211,11 @@ impl LightWave {
             }
             let vertices = &mut self.vertices;
             vertices.scatter(transport, bounce, by_mirror_sphere);
+            vertices.carry_flux();
             for lane in 0..vertices.count {
                 let pdf = vertices.direction_pdf[lane];
                 let is_ours = match bounce {
-                    0 => is_only(pdf) && !vertices.came_through_glass(lane),
+                    0 => is_only(pdf),
                     1 => pdf > 0.0 && (is_only(pdf) || vertices.arriving_pdf[lane] != AIMED_AT),
                     _ => pdf > 0.0,
                 };

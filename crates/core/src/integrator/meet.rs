@@ -116,8 +116,7 @@ impl Wave {
                 let bsdf = material.bsdf(|| scene.primitives().uv(hit));
                 if is_on && !path.is_probe && matches!(bsdf, Bsdf::Diffuse(_)) {
                     let second = Surface { point, n };
-                    let prim = scene.primitives().never_before(hit.prim, front);
-                    reuse.arrives(path.index, bounce, second, prim);
+                    reuse.arrives(path.index, bounce, second, hit.prim);
                 }
                 vertices.set_surface(lane, hit.prim, n, front, bsdf);
                 if path.is_probe {

@@ -48,7 +48,7 @@ struct Joint {
     bounce: u32,
     first: Surface,
     second: Surface,
-    /// The primitive that does not hide the second.
+    /// Primitive id of the second.
     prim: u32,
 }
 

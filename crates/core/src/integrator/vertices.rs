@@ -8,7 +8,7 @@ use glam::Vec3;
 
 use super::caustics::Caustics;
 use super::reuse::{Reuse, Surface};
-use super::{AIMED_AT, ONLY, Path, ShadowRay, THROUGH_GLASS, Transport, is_only, power_heuristic};
+use super::{AIMED_AT, ONLY, Path, ShadowRay, Transport, is_only, power_heuristic};
 use crate::bsdf::{Bsdf, diffuse_direction};
 use crate::geometry::{Hit, Place, SurfacePoint, SurfacePoints};
 use crate::light::LightSamples;
@@ -290,13 +290,9 @@ impl Vertices {
                     && !is_only(self.arriving_pdf[lane])
                     && (*front && primitives.is_sphere(*prim))
                     && bsdf.mirror() != Vec3::ZERO;
-                // `n` is on the side of `wo`.
-                let is_within =
-                    matches!(bsdf, Bsdf::Glass(_)) && (sample.wi.dot(n) > 0.0) != *front;
                 self.direction_pdf[lane] = match is_specular {
                     false if self.is_probe[lane] => 0.0,
                     true if is_aimed_at => AIMED_AT,
-                    true if is_within => THROUGH_GLASS,
                     true => ONLY,
                     false => sample.pdf,
                 };
@@ -315,14 +311,21 @@ impl Vertices {
         }
     }
 
-    /// Whether a path came to its surface through glass.
+    /// Makes light paths of paths that have just been drawn a way. Camera paths carry basic radiance, L/n², which
+    /// refraction does not change; the flux that goes with it is n² times as much in the new medium (Veach 1997, §5.2).
     #[inline(always)]
-    pub fn came_through_glass(&self, lane: usize) -> bool {
-        let i = self.others.binary_search_by_key(&lane, |other| other.0);
-        i.is_ok_and(|i| {
-            let (_, _, front, bsdf) = &self.others[i];
-            !front && matches!(bsdf, Bsdf::Glass(_))
-        })
+    pub fn carry_flux(&mut self) {
+        for (lane, _, front, bsdf) in &self.others {
+            let Bsdf::Glass(ior) = *bsdf else {
+                continue;
+            };
+            // `n` is on the side that the path comes from.
+            if self.wi.get(*lane).dot(self.n.get(*lane)) < 0.0 {
+                let scale = if *front { 1.0 / (ior * ior) } else { ior * ior };
+                let throughput = scale * self.throughput.get(*lane);
+                self.throughput.set(*lane, throughput);
+            }
+        }
     }
 
     /// Sets the shares of paths that go on diffusely from their first surfaces.

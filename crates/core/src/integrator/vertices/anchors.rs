@@ -20,6 +20,7 @@ use glam::Vec3;
 use super::Vertices;
 use crate::geometry::Hit;
 use crate::integrator::caustics::{Anchor, Caustics};
+use crate::integrator::light_paths::NOTHING;
 use crate::integrator::reuse::Reuse;
 use crate::integrator::{Path, Transport, is_only};
 use crate::math::Ray;
@@ -53,10 +54,11 @@ impl Vertices {
             let (point, n) = (self.points.get(lane), self.n.get(lane));
             let diffuse_share = self.diffuse_share[lane];
             let f = reuse.head(index) * self.throughput.get(lane) * diffuse * FRAC_1_PI;
-            let front = n.dot(point.n) > 0.0;
+            // The other half of a sphere can stand before its inside.
+            let is_inside = n.dot(point.n) < 0.0 && transport.scene.primitives().is_sphere(prim);
             let anchor = Anchor {
                 point,
-                prim: transport.scene.primitives().never_before(prim, front),
+                prim: if is_inside { NOTHING } else { prim },
                 n,
                 f,
                 diffuse_share,

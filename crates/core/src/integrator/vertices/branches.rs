@@ -9,7 +9,7 @@
 use super::Vertices;
 use crate::bsdf::{Bsdf, through_glass};
 use crate::integrator::caustics::Caustics;
-use crate::integrator::{ONLY, Path, THROUGH_GLASS};
+use crate::integrator::{ONLY, Path};
 use crate::math::Ray;
 use crate::planted::{self, Bug};
 
@@ -50,11 +50,10 @@ impl Vertices {
             if !planted::has(Bug::BranchesCountedTwice) {
                 self.throughput.set(lane, share * throughput);
             }
-            let is_within = is_reflected == *front;
             let branch = Path {
                 sampler: self.samplers.get(lane),
                 throughput: other * throughput,
-                direction_pdf: if is_within { THROUGH_GLASS } else { ONLY },
+                direction_pdf: ONLY,
                 index: caustics.branch_off(index),
                 is_probe: false,
             };

@@ -51,6 +51,9 @@ impl Vertices {
             let point = self.points.get(lane);
             let n = self.n.get(lane);
             let mirror = &mirrors[i];
+            if mirror.prim == self.prims[lane] {
+                continue; // Its own sphere, on whose other side rounding may put the point.
+            }
             let up = (mirror.sphere.center - point.p).dot(n);
             if !(up > -mirror.sphere.radius) {
                 continue; // Wholly below the horizon.
@@ -59,10 +62,6 @@ impl Vertices {
             let Some((light, at, pdf)) = scene.lights().sample_area(|| pick, u) else {
                 return;
             };
-            // No sphere mirrors on itself, or shines on itself.
-            if mirror.prim == self.prims[lane] || mirror.prim == light {
-                continue;
-            }
             let Some((density, rays)) = connect(&point, n, mirror, &at) else {
                 continue;
             };
