@@ -34,7 +34,7 @@ impl Light {
     ///
     /// # Panics
     /// If the films differ in size.
-    pub fn add(&mut self, other: &Self) {
+    pub(crate) fn add(&mut self, other: &Self) {
         assert_eq!(self.0.len(), other.0.len(), "films of one size");
         for (to, from) in self.0.iter_mut().zip(&other.0) {
             to.pixels += from.pixels;
@@ -88,6 +88,7 @@ impl Light {
 
 /// How far two pictures differ in a tile.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct TileDifference {
     /// Where.
     pub rect: TileRect,
@@ -99,6 +100,7 @@ pub struct TileDifference {
 
 /// The outcome of comparing two pictures.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Agreement {
     /// Chance that some tile differs as much if nothing but noise differs.
     pub p: f64,

@@ -37,7 +37,7 @@ pub struct BsdfSample {
 
 impl Bsdf {
     /// Diffuse reflectance: what light sampling can use. Zero for mirror and glass.
-    pub fn diffuse(&self) -> Vec3 {
+    pub(crate) fn diffuse(&self) -> Vec3 {
         match *self {
             Self::Diffuse(diffuse) | Self::Blend { diffuse, .. } => diffuse,
             Self::Mirror(_) | Self::Glass(_) => Vec3::ZERO,

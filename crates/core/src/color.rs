@@ -46,6 +46,7 @@ pub fn srgb_from_linear(x: f32) -> u8 {
 /// How scene light is bent into the range of a screen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
+#[non_exhaustive]
 pub enum ToneCurve {
     /// Linear up to white, clipped above.
     #[default]

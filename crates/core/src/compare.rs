@@ -7,6 +7,7 @@ use crate::film::Image;
 
 /// Differences of an image from a reference.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Comparison {
     /// Mean over pixels and channels of (x−ref)²/(ref²+0.01).
     #[serde(rename = "relMSE")]

@@ -131,7 +131,7 @@ impl Tile {
     }
 
     /// An empty batch for the same pixels.
-    pub fn batch(&self) -> Self {
+    pub(crate) fn batch(&self) -> Self {
         let cells = (self.rect.width * self.rect.height) as usize * 2 * self.lanes;
         Self {
             cells: vec![Cell::default(); cells],
@@ -242,6 +242,7 @@ impl Image {
 
 /// A tile of the picture so far.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Developed {
     /// Position.
     pub rect: TileRect,

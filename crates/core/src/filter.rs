@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 
 /// The shape of a pixel filter; separable, f(x)·f(y).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum FilterKind {
     /// Constant: averages the square.
     Box,
@@ -71,11 +72,6 @@ impl FilterKind {
             Self::Mitchell => 2.0,
             Self::Lanczos => 3.0,
         }
-    }
-
-    /// Whether some of the filter is below zero.
-    pub fn has_negative_lobes(self) -> bool {
-        matches!(self, Self::Mitchell | Self::Lanczos)
     }
 
     /// Value at `x` radii from the centre, up to a constant factor; 0 beyond 1.
@@ -306,7 +302,7 @@ impl FilterSampler {
     }
 
     /// Offset from the pixel's centre, pixels, and the stratum: 0 where f > 0, 1 where f < 0.
-    pub fn sample(&self, u: [f32; 2]) -> ([f32; 2], usize) {
+    pub(crate) fn sample(&self, u: [f32; 2]) -> ([f32; 2], usize) {
         let offset = u.map(|u| {
             let scaled = u * TABLE as f32;
             let i = (scaled as usize).min(TABLE - 1);
@@ -390,11 +386,8 @@ mod tests {
             let sampler = FilterSampler::new(Filter::new(kind));
             let [positive, negative] = sampler.weights();
             assert!((positive + negative - 1.0).abs() < 1e-12, "{kind:?}");
-            assert_eq!(
-                sampler.strata(),
-                if kind.has_negative_lobes() { 2 } else { 1 }
-            );
-            assert_eq!(kind.has_negative_lobes(), negative < 0.0);
+            let strata = if negative < 0.0 { 2 } else { 1 };
+            assert_eq!(sampler.strata(), strata, "{kind:?}");
         }
     }
 

@@ -71,6 +71,7 @@ impl Span {
 
 /// How a render will end.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Forecast {
     /// Samples per pixel.
     pub samples: Span,

@@ -8,6 +8,7 @@ use glam::{DVec3, Vec2, Vec3};
 use crate::math::{Aabb, Floats, GROUP, Ray, Vectors, offset_origin, round_along};
 use crate::shape::{Quad, Sphere, triangle_area, triangle_normal};
 
+pub use crate::accel::TreeStats;
 pub use cast::Geometry;
 pub use traversal::Traversal;
 pub use triangles::Triangles;
@@ -135,7 +136,7 @@ impl SurfacePoint {
     /// The ray to another point, in unit direction `toward`, as long as the way. Both ends leave their
     /// surface, so that nothing but what truly stands between can shade.
     #[inline(always)]
-    pub fn ray_to(&self, other: &Self, toward: Vec3) -> Ray {
+    pub(crate) fn ray_to(&self, other: &Self, toward: Vec3) -> Ray {
         let origin = self.leave(toward);
         let way = other.leave(-toward) - origin;
         let distance = way.length();
@@ -157,7 +158,7 @@ impl SurfacePoint {
     /// a ray. That rounding is towards the middle of the triangle, so that a point near the edge
     /// does not get onto the neighbour's plane, from where a ray would not see the neighbour.
     #[inline(always)]
-    pub fn of_triangle_with(triangle: [Vec3; 3], n: Vec3, [b1, b2]: [f32; 2]) -> Self {
+    pub(crate) fn of_triangle_with(triangle: [Vec3; 3], n: Vec3, [b1, b2]: [f32; 2]) -> Self {
         let [v0, v1, v2] = triangle.map(|v| v.as_dvec3());
         let (b1, b2) = (f64::from(b1), f64::from(b2));
         let exact = (1.0 - b1 - b2) * v0 + b1 * v1 + b2 * v2;
@@ -172,7 +173,7 @@ impl SurfacePoint {
 
     /// The point (u, v) of a quad.
     #[inline(always)]
-    pub fn of_quad(quad: &Quad, u: f32, v: f32) -> Self {
+    pub(crate) fn of_quad(quad: &Quad, u: f32, v: f32) -> Self {
         let (triangle, b) = quad.triangle_at(u, v);
         Self::of_triangle(triangle, b)
     }
@@ -305,7 +306,7 @@ impl Primitives {
     }
 
     /// Texture coordinates at a hit: the mesh's own, or (u, v) on quads; zero on spheres.
-    pub fn uv(&self, hit: &Hit) -> Vec2 {
+    pub(crate) fn uv(&self, hit: &Hit) -> Vec2 {
         let i = hit.prim as usize;
         if i >= self.triangles.len() {
             return Vec2::new(hit.u, hit.v);

@@ -23,6 +23,7 @@ const TEXT_KEY: &str = "lightbox";
 
 /// File formats, by extension.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Format {
     /// 8 bits per channel, sRGB, tone-mapped.
     Png,

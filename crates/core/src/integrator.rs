@@ -22,7 +22,7 @@
 //!
 //! The background is not aimed at: it counts fully in every method.
 //!
-//! Paths advance together, a bounce at a time, as a [`Wave`]: all their rays are cast, then all
+//! Paths advance together, a bounce at a time, as a wave: all their rays are cast, then all
 //! hits are shaded, `GROUP` side by side, then all shadow rays are cast. No path sees another, but for
 //! those of a group at the end with `reuse`, so what a path finds does not depend on its wave.
 
@@ -40,7 +40,7 @@ use crate::simd::{Lanes, Task};
 use crate::work::{Stage, Stopwatch};
 use caustics::Caustics;
 use reuse::Reuse;
-pub use transport::Transport;
+pub(crate) use transport::Transport;
 use vertices::Vertices;
 
 mod caustics;
@@ -114,7 +114,7 @@ enum Step {
 
 /// Paths that advance together. Its memory is used again from wave to wave.
 #[derive(Debug, Default)]
-pub struct Wave {
+pub(crate) struct Wave {
     paths: Vec<Path>,
     /// The next segment of each path.
     rays: Vec<Ray>,
@@ -148,16 +148,6 @@ impl Wave {
         });
         self.rays.push(ray);
         self.radiance.push(Vec3::ZERO);
-    }
-
-    /// Number of paths added.
-    pub fn len(&self) -> usize {
-        self.radiance.len()
-    }
-
-    /// Whether none was added.
-    pub fn is_empty(&self) -> bool {
-        self.radiance.is_empty()
     }
 
     /// Forgets all paths.

@@ -13,7 +13,7 @@
 //!   materials, lights and the accelerator, shared by `Arc`. [`Scene::edit`] takes an edited description and rebuilds only
 //!   what it changed.
 //! - [`geometry::Geometry`] casts rays at primitives, one or many in a call, through an
-//!   accelerator ([`accel`]: a wide tree of boxes, a kd-tree, or none) with the instructions that
+//!   accelerator ([`AccelKind`]: a wide tree of boxes, a kd-tree, or none) with the instructions that
 //!   the machine has ([`simd`]). Each way gives the same hits, bit for bit.
 //! - [`View::render`] is the composition root: for each tile, pixel and sample it draws a film
 //!   position from the [`filter`], a ray from the [`Camera`], a radiance from the
@@ -35,6 +35,20 @@
 //! The library knows no window and no standard output. It reads the clock only to tell where time
 //! went ([`work::Times`]); no sample depends on it.
 //!
+//! # Versions
+//!
+//! Numbers are those of semantic versioning. From 0.1.0 on, a patch release (0.1.x) takes nothing away and changes
+//! no signature, and scene files and pictures that carry their scene are read as before. A minor release (0.x.0) may
+//! do each of these; the changelog says which. Enums and reports that are likely to grow are `non_exhaustive`, and
+//! grow in patch releases too.
+//!
+//! The bits of a picture are those of one version: the same on every machine, at any number of threads, with every
+//! kernel, but another version, even a patch, may find the same light by other samples. Parts say which version
+//! made them, and add up with those of the same version only.
+//!
+//! Not part of the promise is what is hidden in this documentation: `planted`, `bsdf`, `sampler` and parts of
+//! `lab`, which are for the tests, examples and benches of this project. Any release may change them.
+//!
 //! # A picture
 //!
 //! The example `picture`:
@@ -47,14 +61,17 @@
 pub mod color;
 pub mod filter;
 pub mod math;
+#[doc(hidden)]
 pub mod planted;
+#[doc(hidden)]
 pub mod sampler;
 pub mod settings;
 pub mod simd;
 pub mod suggest;
 pub mod work;
 // Surfaces.
-pub mod accel;
+mod accel;
+#[doc(hidden)]
 pub mod bsdf;
 pub mod geometry;
 pub mod material;

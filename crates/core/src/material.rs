@@ -9,6 +9,7 @@ use crate::texture::Texture;
 
 /// A surface's scattering and emission.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Material {
     /// Diffuse reflectance, before the texture.
     pub albedo: Vec3,
@@ -26,7 +27,7 @@ pub struct Material {
 
 impl Material {
     /// Scattering at texture coordinates `uv` (asked for only if there is a texture).
-    pub fn bsdf(&self, uv: impl FnOnce() -> Vec2) -> Bsdf {
+    pub(crate) fn bsdf(&self, uv: impl FnOnce() -> Vec2) -> Bsdf {
         if let Some(ior) = self.glass {
             return Bsdf::Glass(ior);
         }
@@ -47,7 +48,7 @@ impl Material {
     }
 
     /// Whether any light leaves the surface by itself.
-    pub fn emits(&self) -> bool {
+    pub(crate) fn emits(&self) -> bool {
         self.emission != Vec3::ZERO
     }
 }

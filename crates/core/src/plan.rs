@@ -13,6 +13,7 @@ use crate::settings::{AccelKind, Method, RenderSettings};
 /// A part of the model that some scenes do not need.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum Part {
     /// A tree over the primitives. Not needed if they are so few that testing all of them takes
     /// no longer.
@@ -47,12 +48,12 @@ pub struct Plan {
 
 impl Plan {
     /// Every part.
-    pub const FULL: Self = Self {
+    pub(crate) const FULL: Self = Self {
         without: [false; Part::ALL.len()],
     };
 
     /// The parts that the picture needs; all of them if the settings ask for the full model.
-    pub fn new(census: &Census, geometry: &Geometry, settings: &RenderSettings) -> Self {
+    pub(crate) fn new(census: &Census, geometry: &Geometry, settings: &RenderSettings) -> Self {
         if settings.full_model {
             return Self::FULL;
         }
@@ -70,7 +71,7 @@ impl Plan {
 
     /// Whether a render has this part.
     #[inline(always)]
-    pub fn has(&self, part: Part) -> bool {
+    pub(crate) fn has(&self, part: Part) -> bool {
         !self.without[part as usize]
     }
 

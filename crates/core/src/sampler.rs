@@ -91,7 +91,7 @@ impl Sampler {
 
     /// A number in [0, 1).
     #[inline(always)]
-    pub fn get_1d(&self, dim: Dim) -> f32 {
+    pub(crate) fn get_1d(&self, dim: Dim) -> f32 {
         let key = self.key(dim);
         match self.kind {
             SamplerKind::Independent => unit_f32((mix(key ^ u64::from(self.index)) >> 32) as u32),

@@ -17,7 +17,7 @@ pub const MAX_SIZE: u32 = 16_384;
 pub const MAX_SEED: u64 = i64::MAX as u64;
 
 /// Largest number of pixels of a picture: its film then takes about 8 GB.
-pub const MAX_PIXELS: u64 = 1 << 26;
+pub(crate) const MAX_PIXELS: u64 = 1 << 26;
 
 /// How a scene is rendered. The image is a pure function of scene, camera and these.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -67,7 +67,7 @@ impl Default for RenderSettings {
 
 impl RenderSettings {
     /// The accelerator to build: in the full model a tree, however few primitives there are.
-    pub fn built_accel(&self) -> AccelKind {
+    pub(crate) fn built_accel(&self) -> AccelKind {
         match self.accel {
             AccelKind::Auto if self.full_model => AccelKind::Bvh,
             accel => accel,
@@ -139,6 +139,7 @@ macro_rules! named_enum {
 
 named_enum! {
     /// How a path finds light.
+    #[non_exhaustive]
     Method, "method" {
         /// Sample the BSDF only and hope to hit a light.
         Naive = "naive",
@@ -156,6 +157,7 @@ named_enum! {
 
 named_enum! {
     /// How rays find surfaces; every choice gives the same hits, bit for bit.
+    #[non_exhaustive]
     AccelKind, "accelerator" {
         /// The wide tree unless there are very few primitives.
         Auto = "auto",
@@ -170,6 +172,7 @@ named_enum! {
 
 named_enum! {
     /// Where the random numbers come from.
+    #[non_exhaustive]
     SamplerKind, "sampler" {
         /// Owen-scrambled Sobol points, padded two dimensions at a time.
         Sobol = "sobol",

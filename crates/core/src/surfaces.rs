@@ -11,6 +11,7 @@ use crate::scene::Scene;
 
 /// A surface that a ray meets.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Surface {
     /// From the start of the ray, scene units.
     pub distance: f32,
@@ -26,7 +27,7 @@ pub struct Surface {
 
 impl Surface {
     /// The surface at a hit of a ray.
-    pub fn at(scene: &Scene, ray: &Ray, hit: &Hit) -> Self {
+    pub(crate) fn at(scene: &Scene, ray: &Ray, hit: &Hit) -> Self {
         let normal = scene.primitives().surface_point(ray, hit).n;
         let material = scene.material(hit.prim);
         let albedo = match material.bsdf(|| scene.primitives().uv(hit)) {

@@ -15,7 +15,7 @@ pub struct Texture {
 
 impl Texture {
     /// Decodes an image file; the error says what to use instead.
-    pub fn decode(bytes: &[u8]) -> Result<Self, String> {
+    pub(crate) fn decode(bytes: &[u8]) -> Result<Self, String> {
         let image = image::load_from_memory(bytes)
             .map_err(|e| format!("cannot be decoded as an image ({e}); use PNG, JPEG, TGA or BMP"))?
             .into_rgb8();
@@ -31,7 +31,7 @@ impl Texture {
     }
 
     /// Reflectance at texture coordinates `uv`, whose origin is the image's lower left corner.
-    pub fn lookup(&self, uv: Vec2) -> Vec3 {
+    pub(crate) fn lookup(&self, uv: Vec2) -> Vec3 {
         // Wrapped first, so that far-out coordinates keep what precision they have.
         let wrap = |x: f32| if x.is_finite() { x - x.floor() } else { 0.0 };
         let x = wrap(uv.x) * self.width as f32 - 0.5;
@@ -59,7 +59,7 @@ impl Texture {
     }
 
     /// Bytes held.
-    pub fn bytes(&self) -> usize {
+    pub(crate) fn bytes(&self) -> usize {
         self.texels.len() * 3
     }
 }

@@ -9,6 +9,7 @@ use serde::Serialize;
 /// What a thread of a render is busy with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
+#[non_exhaustive]
 pub enum Stage {
     /// Choosing positions on the film, and adding what comes of them to it.
     Filter,
@@ -95,6 +96,7 @@ impl Stopwatch {
 
 /// Work done by a render.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Work {
     /// Paths traced from the camera.
     pub paths: u64,

@@ -26,6 +26,7 @@ pub(crate) trait Tree {
 
 /// Size and expected cost of a tree.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct TreeStats {
     /// Nodes: of the kd-tree with its leaves, of the wide tree without.
     pub nodes: usize,

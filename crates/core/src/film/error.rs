@@ -24,6 +24,7 @@ use super::{APART, Cell, Film, TILE, Tile, TileRect};
 /// Estimate of a picture's error: noise, not bias. Light that no sample has met yet is missing
 /// from it as it is from the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct ErrorEstimate {
     /// Estimated relMSE: the mean over pixels and channels of (x − truth)²/(truth² + 0.01).
     pub rel_mse: f64,
@@ -107,7 +108,7 @@ impl ErrorEstimate {
     }
 
     /// The band of [`ErrorEstimate::noise`].
-    pub fn band(&self) -> [f64; 2] {
+    pub(crate) fn band(&self) -> [f64; 2] {
         [self.low.sqrt(), self.high.sqrt()]
     }
 
@@ -119,7 +120,7 @@ impl ErrorEstimate {
 
 impl TileError {
     /// Estimated relMSE of the tile.
-    pub fn rel_mse(&self) -> f64 {
+    pub(crate) fn rel_mse(&self) -> f64 {
         self.sum / (3.0 * f64::from(self.pixels))
     }
 }

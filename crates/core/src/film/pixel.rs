@@ -22,11 +22,6 @@ pub struct Pixel {
 }
 
 impl Film {
-    /// Where a tile lies in the picture.
-    pub fn rect(&self, i: usize) -> TileRect {
-        self.tile(i).rect
-    }
-
     /// The samples taken of each pixel of a tile.
     pub fn tile_samples(&self, i: usize) -> u64 {
         self.tile(i).samples - self.first
@@ -92,12 +87,12 @@ impl Film {
         let (mut low, mut high) = (0, self.tiles.len());
         while low < high {
             let middle = low.midpoint(high);
-            if from_center(&self.rect(middle), size) < far {
+            if from_center(&self.tile_rect(middle), size) < far {
                 low = middle + 1;
             } else {
                 high = middle;
             }
         }
-        (low..self.tiles.len()).find(|i| self.rect(*i) == wanted)
+        (low..self.tiles.len()).find(|i| self.tile_rect(*i) == wanted)
     }
 }

@@ -57,7 +57,7 @@ impl Tile {
 
 impl Film {
     /// The same, to take splats; before the first samples.
-    pub fn with_splats(mut self) -> Self {
+    pub(crate) fn with_splats(mut self) -> Self {
         let columns = self.width.div_ceil(TILE);
         let mut grid = vec![0; self.tiles.len()];
         for (i, tile) in self.tiles.iter_mut().enumerate() {

@@ -99,6 +99,7 @@ impl Tile {
 
 /// Light that the depth of paths leaves out.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Lost {
     /// Share of all light.
     pub share: f64,
@@ -147,7 +148,7 @@ impl Light {
 
     /// Share of all light that paths of more than `depth` segments bring; known up to 63, and up to
     /// the depth of the picture.
-    pub fn beyond(&self, depth: u32, mean: f64) -> Option<f64> {
+    pub(crate) fn beyond(&self, depth: u32, mean: f64) -> Option<f64> {
         let within = usize::try_from(depth).ok().filter(|d| *d < LENGTHS)?;
         let rest = self.sum.by_length.get(within..).unwrap_or_default();
         Some(self.per_path(rest) / self.all(mean)?)

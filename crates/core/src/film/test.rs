@@ -136,7 +136,7 @@ fn a_pixel_is_what_is_developed_there() {
             batch.add([x, y], 2, 0, if is_odd { Vec3::NAN } else { radiance });
         }
         assert!(film.merge(i, &batch, 0, 3));
-        assert_eq!((film.rect(i), film.tile_samples(i)), (rect, 3));
+        assert_eq!((film.tile_rect(i), film.tile_samples(i)), (rect, 3));
     }
     let image = film.develop();
     for (x, y) in (0..height).flat_map(|y| (0..width).map(move |x| (x, y))) {

@@ -77,7 +77,7 @@ impl Geometry {
 
     /// [`Self::build`] whose progress is watched. If it is ended before time, nothing certain is
     /// hit.
-    pub fn build_watched(
+    pub(crate) fn build_watched(
         primitives: Primitives,
         accel: AccelKind,
         progress: &Progress<'_>,

@@ -7,6 +7,7 @@ use crate::math::Ray;
 
 /// What it took to find the nearest hit of a ray that is cast by itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Traversal {
     /// Inner nodes of trees that it visited.
     pub nodes: u32,
@@ -53,7 +54,7 @@ impl<S: Search> Search for Counted<S> {
 
 impl Geometry {
     /// What it takes to find what [`Geometry::intersect`] finds.
-    pub fn traversal(&self, ray: &Ray, is_emitter: impl Fn(u32) -> bool) -> Traversal {
+    pub(crate) fn traversal(&self, ray: &Ray, is_emitter: impl Fn(u32) -> bool) -> Traversal {
         let search = Nearest {
             is_emitter,
             t_max: reach(ray),

@@ -35,7 +35,7 @@ impl Triangles {
 
     /// A triangle's vertices, counter-clockwise on the front.
     #[inline(always)]
-    pub fn get(&self, id: usize) -> Option<[Vec3; 3]> {
+    pub(crate) fn get(&self, id: usize) -> Option<[Vec3; 3]> {
         match self.places.get(id) {
             Some(run) => {
                 let run = RunId::from_bits(*run);

@@ -21,6 +21,7 @@ mod outputs;
 mod paths;
 mod pictures;
 mod quads;
+#[doc(hidden)]
 pub mod random;
 mod ray_ends;
 mod room_pictures;
@@ -32,6 +33,7 @@ mod spawn;
 mod specular;
 mod sphere;
 mod sphere_points;
+#[doc(hidden)]
 pub mod stats;
 mod streams;
 mod sums;
@@ -39,6 +41,7 @@ mod surfaces;
 mod traversal;
 mod tree_size;
 mod trees;
+#[doc(hidden)]
 pub mod trial;
 mod triangles;
 

@@ -28,6 +28,7 @@ pub(crate) use reflection::Reflection;
 
 /// A direction towards a light.
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub struct LightSample {
     /// Primitive id of the emitter.
     pub prim: u32,
@@ -176,6 +177,7 @@ fn told(pdf: f32) -> f32 {
 
 /// Counts of emitters by how they are sampled.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
 pub struct LightKinds {
     /// Rectangles, in solid angle.
     pub rectangles: usize,
@@ -236,7 +238,7 @@ impl Lights {
     }
 
     /// How many there are of each kind.
-    pub fn kinds(&self) -> LightKinds {
+    pub(crate) fn kinds(&self) -> LightKinds {
         let mut kinds = LightKinds::default();
         for shape in &self.shapes {
             *match shape {

@@ -35,7 +35,7 @@ impl Aabb {
     }
 
     /// The part inside both; may be empty.
-    pub fn intersection(self, other: Self) -> Self {
+    pub(crate) fn intersection(self, other: Self) -> Self {
         Self {
             min: self.min.max(other.min),
             max: self.max.min(other.max),
@@ -67,7 +67,7 @@ impl Aabb {
     }
 
     /// Whether `p` lies in the closed box.
-    pub fn contains(&self, p: Vec3) -> bool {
+    pub(crate) fn contains(&self, p: Vec3) -> bool {
         self.min.cmple(p).all() && p.cmple(self.max).all()
     }
 }

@@ -4,10 +4,11 @@ mod aabb;
 mod frame;
 mod group;
 mod ray;
-pub mod trig;
+pub(crate) mod trig;
 pub mod warp;
 
 pub use aabb::Aabb;
 pub use frame::Frame;
 pub(crate) use group::{Floats, GROUP, Vectors};
-pub use ray::{Ray, gamma, offset_origin, round_along};
+pub use ray::Ray;
+pub(crate) use ray::{gamma, offset_origin, round_along};

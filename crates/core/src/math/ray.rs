@@ -33,7 +33,7 @@ impl Ray {
 
 /// Bound γₙ = nε/(1−nε) on the relative error of `n` f32 operations in a row, with ε = 2⁻²⁴
 /// (Higham 2002, Accuracy and Stability of Numerical Algorithms).
-pub const fn gamma(n: u32) -> f32 {
+pub(crate) const fn gamma(n: u32) -> f32 {
     let e = n as f32 * (f32::EPSILON * 0.5);
     e / (1.0 - e)
 }
@@ -41,7 +41,7 @@ pub const fn gamma(n: u32) -> f32 {
 /// The point in f32 that is next to `exact`, but on no axis on the far side of it as seen along
 /// `along`; where that is 0, the nearest.
 #[inline(always)]
-pub fn round_along(exact: DVec3, along: DVec3) -> Vec3 {
+pub(crate) fn round_along(exact: DVec3, along: DVec3) -> Vec3 {
     let axis = |exact: f64, along: f64| {
         let nearest = exact as f32;
         let error = f64::from(nearest) - exact;
@@ -65,7 +65,7 @@ pub fn round_along(exact: DVec3, along: DVec3) -> Vec3 {
 /// §3.9.5). Where nothing has to move, `p` itself. Relative to the coordinates, so a scene scaled
 /// by 2ᵏ gives the same point scaled by 2ᵏ.
 #[inline(always)]
-pub fn offset_origin(p: Vec3, mut offset: Vec3) -> Vec3 {
+pub(crate) fn offset_origin(p: Vec3, mut offset: Vec3) -> Vec3 {
     if planted::has(Bug::EpsilonTimes100) {
         offset += 100.0 * f32::EPSILON * p.abs() * offset.signum();
     }

@@ -17,7 +17,7 @@ pub fn triangle(u: [f32; 2]) -> [f32; 2] {
 
 /// Uniform point in the unit disk, area-preserving without folds (Shirley & Chiu 1997).
 #[inline(always)]
-pub fn disk(u: [f32; 2]) -> [f32; 2] {
+pub(crate) fn disk(u: [f32; 2]) -> [f32; 2] {
     let (a, b) = (2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0);
     let is_flat = a.abs() > b.abs();
     let (radius, other) = if is_flat { (a, b) } else { (b, a) };

@@ -34,7 +34,7 @@ pub use file::{read_head, resume};
 pub use sum::{Parts, Sum};
 
 /// What the name of a part ends in.
-pub const EXTENSION: &str = "part";
+pub(crate) const EXTENSION: &str = "part";
 
 /// First line of a file.
 const MAGIC: &str = "lightbox part 2\n";

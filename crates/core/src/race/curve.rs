@@ -14,6 +14,7 @@ const TROUBLE: f64 = -0.9;
 
 /// Power of the samples with which relMSE falls: −1 of independent ones, steeper of Sobol points.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Slope {
     /// Mean over seeds.
     pub value: f64,
@@ -34,6 +35,7 @@ impl fmt::Display for Slope {
 
 /// A contestant's error against time over all its seeds.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Curve {
     /// Seconds, mean relMSE, and the least and the largest of any seed.
     pub points: Vec<[f64; 4]>,

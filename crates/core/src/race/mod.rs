@@ -32,6 +32,7 @@ pub struct Rules {
 
 /// A measurement on the way.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Point {
     /// Seconds of tracing so far.
     pub seconds: f64,
@@ -46,6 +47,7 @@ pub struct Point {
 
 /// One contestant with one seed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Run {
     /// Its seed.
     pub seed: u64,
@@ -55,6 +57,7 @@ pub struct Run {
 
 /// What a race leaves of a contestant.
 #[derive(Clone, Debug, Default)]
+#[non_exhaustive]
 pub struct Record {
     /// One for each seed begun.
     pub runs: Vec<Run>,

@@ -12,6 +12,7 @@ use crate::light::LightKinds;
 
 /// Counts of what a scene uses. What no primitive uses is not counted.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
 pub struct Census {
     /// Triangles; a quad that is no parallelogram is two.
     pub triangles: usize,

@@ -29,6 +29,7 @@ pub(crate) struct Place {
 
 /// Something odd that did not stop a scene from loading. Displays as one line.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct SceneWarning {
     /// The file; empty for what came from no file.
     pub path: PathBuf,
@@ -42,7 +43,7 @@ pub struct SceneWarning {
 
 impl SceneError {
     /// An error about a file as a whole.
-    pub fn in_file(path: &Path, message: impl Into<String>) -> Self {
+    pub(crate) fn in_file(path: &Path, message: impl Into<String>) -> Self {
         Self {
             path: path.to_owned(),
             line: None,
@@ -52,7 +53,7 @@ impl SceneError {
     }
 
     /// An error about one line of a file.
-    pub fn at_line(path: &Path, line: usize, message: impl Into<String>) -> Self {
+    pub(crate) fn at_line(path: &Path, line: usize, message: impl Into<String>) -> Self {
         Self {
             path: path.to_owned(),
             line: Some(line),
@@ -102,7 +103,7 @@ impl std::error::Error for SceneError {}
 
 impl SceneWarning {
     /// A warning about one thing in a description, or about the scene as a whole.
-    pub fn general(message: impl Into<String>) -> Self {
+    pub(crate) fn general(message: impl Into<String>) -> Self {
         Self {
             path: PathBuf::new(),
             line: None,

@@ -72,6 +72,7 @@ fn tell(watcher: Watcher<'_>, phase: Phase) -> Result<(), SceneError> {
 
 /// One sphere, quad or mesh of the description.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Object {
     /// Where it stands in the description.
     pub kind: ObjectKind,
@@ -276,7 +277,7 @@ impl Scene {
     }
 
     /// What it takes to find what [`Scene::intersect`] finds.
-    pub fn traversal(&self, ray: &Ray) -> Traversal {
+    pub(crate) fn traversal(&self, ray: &Ray) -> Traversal {
         let is_emitter = |prim| self.material(prim).emits();
         self.geometry.traversal(ray, is_emitter)
     }

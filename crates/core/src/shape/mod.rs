@@ -14,8 +14,7 @@ use glam::{DVec3, Vec3};
 pub(crate) use candidates::ShearedRays;
 pub(crate) use pairs::Pairs;
 pub use quad::Quad;
-pub use runs::TriangleRuns;
-pub(crate) use runs::{Place, RunId};
+pub(crate) use runs::{Place, RunId, TriangleRuns};
 pub use sphere::Sphere;
 pub(crate) use triangle::edge;
 pub use triangle::{ShearedRay, TriangleHit};
@@ -23,7 +22,7 @@ pub use triangle::{ShearedRay, TriangleHit};
 /// Unit vector along `e1 × e2`. In f64, edges too, so that neither tiny nor huge ones lose it, nor
 /// those of a triangle so thin that rounding of its edges in f32 would turn it.
 #[inline(always)]
-pub fn unit_normal(e1: DVec3, e2: DVec3) -> Vec3 {
+pub(crate) fn unit_normal(e1: DVec3, e2: DVec3) -> Vec3 {
     e1.cross(e2).normalize_or_zero().as_vec3()
 }
 
@@ -35,7 +34,7 @@ pub fn triangle_normal(triangle: [Vec3; 3]) -> Vec3 {
 }
 
 /// Area of a triangle, square scene units.
-pub fn triangle_area(triangle: [Vec3; 3]) -> f32 {
+pub(crate) fn triangle_area(triangle: [Vec3; 3]) -> f32 {
     let [a, b, c] = triangle.map(|v| v.as_dvec3());
     ((b - a).cross(c - a).length() * 0.5) as f32
 }

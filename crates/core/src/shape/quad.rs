@@ -49,7 +49,7 @@ impl Quad {
 
     /// The triangle of the two in which (u, v) lies, with its second and third barycentric.
     #[inline(always)]
-    pub fn triangle_at(&self, u: f32, v: f32) -> ([Vec3; 3], [f32; 2]) {
+    pub(crate) fn triangle_at(&self, u: f32, v: f32) -> ([Vec3; 3], [f32; 2]) {
         let [first, second] = self.triangles();
         if u >= v {
             (first, [u - v, v])

@@ -14,6 +14,7 @@ pub(crate) use portable::Portable;
 
 /// Which instructions rays are cast and paths are shaded with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Kernel {
     /// What every machine has.
     Portable,

@@ -284,7 +284,7 @@ impl Aov {
         film: &Film,
         i: usize,
     ) -> Option<(TileRect, Colors)> {
-        let rect = film.rect(i);
+        let rect = film.tile_rect(i);
         let rgb = match self.0.paint {
             Paint::Samples(paint) => {
                 paint(scope, film, i).or_else(|| samples::color(scope, film, i))?

@@ -32,7 +32,7 @@ pub fn noise_legend() -> Legend {
 
 pub fn count(scope: &Scope<'_>, film: &Film, i: usize) -> Option<Colors> {
     let samples = film.tile_samples(i);
-    let rect = film.rect(i);
+    let rect = film.tile_rect(i);
     let share = log_share(samples as f32, [1.0, scope.settings.samples.max(2) as f32]);
     let color = viridis(share);
     (samples > 0).then(|| vec![color; (rect.width * rect.height) as usize])

@@ -31,17 +31,18 @@ pub struct Built {
 }
 
 impl Bvh {
-    /// Builds the tree over primitives 0 to `count` − 1 with boxes `bounds(id)`; the same tree at
-    /// any number of threads. Primitives with an empty box are left out.
-    ///
-    /// # Panics
-    /// With 2²⁸ primitives or more.
+    /// [`Self::build_watched`] for this machine, unwatched.
+    #[cfg(test)]
     pub fn build(count: usize, bounds: impl Fn(u32) -> Aabb + Sync) -> Built {
         Self::build_watched(count, bounds, Kernel::detect(), &Progress::unwatched())
     }
 
-    /// [`Self::build`] for a certain kernel, whose progress is watched; if it is ended before time,
-    /// the tree is empty.
+    /// Builds the tree over primitives 0 to `count` − 1 with boxes `bounds(id)`, for a certain
+    /// kernel; the same tree at any number of threads. Primitives with an empty box are left out.
+    /// If its progress is ended before time, the tree is empty.
+    ///
+    /// # Panics
+    /// With 2²⁸ primitives or more.
     pub fn build_watched(
         count: usize,
         bounds: impl Fn(u32) -> Aabb + Sync,

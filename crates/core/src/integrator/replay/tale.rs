@@ -8,6 +8,7 @@ use crate::math::Ray;
 
 /// Light that a path has looked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Aim {
     /// How it was found: aimed at, by way of a mirror too, or met by a probe.
     pub strategy: Strategy,
@@ -25,6 +26,7 @@ pub struct Aim {
 
 /// A segment of a path or of one of its branches, and what was found at its end.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Segment {
     /// How many there are from the camera to its end.
     pub number: u32,

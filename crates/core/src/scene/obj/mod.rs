@@ -34,6 +34,7 @@ use text::{Warnings, quoted};
 
 /// Triangles of an OBJ file with its materials.
 #[derive(Clone, Debug, Default)]
+#[non_exhaustive]
 pub struct ObjMesh {
     /// Vertices that faces use: finite, at most 1e18 in size.
     pub positions: Vec<Vec3>,
