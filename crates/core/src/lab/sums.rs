@@ -6,6 +6,7 @@ use super::trial::{one_pixel, quad, view};
 use super::{Bound, Case, Check, Figure, gallery};
 use crate::film::Film;
 use crate::filter::FilterSampler;
+use crate::render::autopsy::Tally;
 use crate::sampler::{Dim, Sampler};
 use crate::{Filter, Method, SamplerKind};
 
@@ -41,7 +42,8 @@ pub(super) const CASES: &[Case] = &[
         id: "A04",
         title: "small noise on a large mean",
         failure: "E[x²] − E[x]² cancels in f32: the variance of 100 ± 0.005 comes out negative.",
-        cure: "The difference of two half-films of exact sums.",
+        cure: "The difference of two half-films of exact sums; in the autopsy, squares about the mean \
+               (Welford 1962).",
         check: Check::Probe(small_noise),
         scene: None,
         picture: None,
@@ -155,44 +157,91 @@ fn many_samples() -> Vec<Figure> {
     ]
 }
 
-/// 1024 pixels of 100 ± 0.005, so that the estimate itself is known to a few percent.
-fn small_noise() -> Vec<Figure> {
-    let samples = 1000u64;
-    let filter = FilterSampler::new(Filter::default());
-    let film = Film::new(32, 32, &filter);
-    let value = |pixel: [u32; 2], sample: u64| {
-        let sampler = Sampler::new(SamplerKind::Independent, 22, pixel, sample);
-        100.0 + 0.01 * (sampler.get_2d(Dim::Pixel)[0] - 0.5)
-    };
+/// A sample of 100 ± 0.005.
+fn noisy(pixel: [u32; 2], sample: u64) -> f32 {
+    let sampler = Sampler::new(SamplerKind::Independent, 22, pixel, sample);
+    100.0 + 0.01 * (sampler.get_2d(Dim::Pixel)[0] - 0.5)
+}
+
+/// The error that two half-films of a square picture of such samples tell.
+fn noise_of(size: u32, samples: u64) -> f64 {
+    let film = Film::new(size, size, &FilterSampler::new(Filter::default()));
     for tile in 0..film.tiles() {
         let (mut batch, _) = film.batch(tile);
         let rect = batch.rect;
         for (x, y) in (0..rect.height).flat_map(|y| (0..rect.width).map(move |x| (x, y))) {
             for sample in 0..samples {
-                let light = value([rect.x + x, rect.y + y], sample);
+                let light = noisy([rect.x + x, rect.y + y], sample);
                 batch.add([x, y], sample, 0, Vec3::splat(light));
             }
         }
         film.merge(tile, &batch, 0, samples);
     }
-    // Uniform within 0.01: σ = 0.01/√12; in f32 steps of 7.6·10⁻⁶ around 100.
-    let truth = 0.01 / 12f64.sqrt() / (samples as f64).sqrt() / 1e4f64.sqrt();
-    let (sum, squares) = (0..20_000).fold((0.0f32, 0.0f32), |(sum, squares), i| {
-        let x = value([0, 0], i);
-        (sum + x, squares + x * x)
+    film.error().map_or(f64::NAN, |error| error.noise())
+}
+
+fn small_noise() -> Vec<Figure> {
+    const SAMPLES: u64 = 20_000;
+    let n = SAMPLES as f64;
+    // Between 64 and 128 the numbers of f32 are 2⁻¹⁷ apart: integers hold all sums exactly.
+    let unit = 2f64.powi(-17);
+    let steps = |pixel, sample| (f64::from(noisy(pixel, sample)) - 100.0) / unit;
+    let steps = |pixel, sample| steps(pixel, sample) as i64;
+    let (mut sum, mut squares, mut tally) = (0, 0, Tally::default());
+    let mut naive = [0.0f32; 2];
+    for sample in 0..SAMPLES {
+        let (step, x) = (steps([0, 0], sample), noisy([0, 0], sample));
+        sum += step;
+        squares += step * step;
+        tally.add(f64::from(x));
+        naive = [naive[0] + x, naive[1] + x * x];
+    }
+    let variance = (squares * SAMPLES as i64 - sum * sum) as f64 * (unit / n).powi(2);
+    let [mean, mean_square] = naive.map(|sum| sum / SAMPLES as f32);
+    // The halves are the samples of even and of odd numbers.
+    let pixels: Vec<[u32; 2]> = (0..16).map(|i| [i % 4, i / 4]).collect();
+    let squares = pixels.iter().map(|pixel| {
+        let difference: i64 = (0..SAMPLES)
+            .map(|sample| steps(*pixel, sample) * if sample % 2 == 0 { 1 } else { -1 })
+            .sum();
+        let sum: i64 = (0..SAMPLES).map(|sample| steps(*pixel, sample)).sum();
+        let mean = 100.0 + sum as f64 * unit / n;
+        (difference as f64 * unit / n).powi(2) / (mean * mean + 0.01)
     });
-    let (mean, mean_square) = (sum / 20_000.0, squares / 20_000.0);
-    let variance = f64::from(mean_square - mean * mean);
-    vec![Figure {
-        what: "estimated over true noise of 100 ± 0.005 (naive: of the variance)",
-        naive: Some(variance / (0.01 * 0.01 / 12.0)),
-        lightbox: film.error().map(|e| e.noise()).unwrap_or(f64::NAN) / truth,
-        bound: Bound::Within {
-            truth: 1.0,
-            // 1024 estimates of one degree of freedom: √(2/1024)/2 each, four of them.
-            tolerance: 0.09,
+    let exact = (squares.sum::<f64>() / pixels.len() as f64).sqrt();
+    // Uniform within 0.01: σ = 0.01/√12.
+    let truth = 0.01 / 12f64.sqrt() / 1000f64.sqrt() / 1e4f64.sqrt();
+    vec![
+        Figure {
+            what: "variance of 20 000 samples of 100 ± 0.005, in the autopsy, over that of exact sums",
+            naive: Some(f64::from(mean_square - mean * mean) / variance),
+            lightbox: tally.variance(SAMPLES as usize) / variance,
+            bound: Bound::Within {
+                truth: 1.0,
+                tolerance: 1e-12,
+            },
         },
-    }]
+        Figure {
+            what: "noise told by two half-films of 16 pixels of them, over that of exact sums",
+            naive: None,
+            lightbox: noise_of(4, SAMPLES) / exact,
+            bound: Bound::Within {
+                truth: 1.0,
+                // Squares and means of pixels are added up in f32.
+                tolerance: 4.0 * f64::from(f32::EPSILON),
+            },
+        },
+        Figure {
+            what: "noise told by 1024 pixels of 1000 of them, over the true one",
+            naive: None,
+            lightbox: noise_of(32, 1000) / truth,
+            bound: Bound::Within {
+                truth: 1.0,
+                // 1024 estimates of one degree of freedom: √(2/1024)/2 each, four of them.
+                tolerance: 0.09,
+            },
+        },
+    ]
 }
 
 fn grouping() -> Vec<Figure> {

@@ -18,28 +18,50 @@ use crate::sampler::{Dim, Sampler};
 /// Numbers of segments that are told apart; the last stands for all above it too.
 pub const LENGTHS: usize = 64;
 
-/// Sums over samples of what something has brought to each, in luminance.
+/// What something has brought to samples, in luminance.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tally {
-    sum: f64,
-    square: f64,
+    /// Of those to which it has brought something.
+    count: f64,
+    mean: f64,
+    /// About the mean, as a difference of E[x²] and E[x]² would cancel.
+    squares: f64,
 }
 
 impl Tally {
-    fn add(&mut self, x: f64) {
-        self.sum += x;
-        self.square += x * x;
+    pub(crate) fn add(&mut self, x: f64) {
+        self.append(Self {
+            count: 1.0,
+            mean: x,
+            squares: 0.0,
+        });
+    }
+
+    /// After Chan, Golub & LeVeque 1983, Algorithms for computing the sample variance.
+    fn append(&mut self, other: Self) {
+        let count = self.count + other.count;
+        if count == 0.0 {
+            return;
+        }
+        let (off, share) = (other.mean - self.mean, other.count / count);
+        self.mean += off * share;
+        self.squares += other.squares + off * off * self.count * share;
+        self.count = count;
     }
 
     /// Mean over `n` samples, W/(m²·sr).
     pub fn mean(&self, n: usize) -> f64 {
-        self.sum / n as f64
+        self.mean * self.count / n as f64
     }
 
     /// Variance over `n` samples, of one of them.
     pub fn variance(&self, n: usize) -> f64 {
-        let mean = self.mean(n);
-        (self.square / n as f64 - mean * mean).max(0.0)
+        let mut all = *self;
+        all.append(Self {
+            count: (n as f64 - self.count).max(0.0),
+            ..Self::default()
+        });
+        all.squares / n as f64
     }
 }
 
@@ -62,8 +84,7 @@ impl Autopsy {
         }
         for (mine, more) in self.found.iter_mut().zip(next.found) {
             for (a, b) in mine.iter_mut().zip(more) {
-                a.sum += b.sum;
-                a.square += b.square;
+                a.append(b);
             }
         }
     }
@@ -220,16 +241,26 @@ mod tests {
                 .iter()
                 .map(|r| f64::from(luminance(*r)))
                 .sum();
-            let found: f64 = autopsy.found.iter().flatten().map(|tally| tally.sum).sum();
+            let found: f64 = autopsy
+                .found
+                .iter()
+                .flatten()
+                .map(|tally| tally.mean(1))
+                .sum();
             assert!((all - found).abs() <= 1e-5 * all, "{all} {found}");
             assert!(autopsy.found.len() <= view.settings.depth as usize);
             for tallies in &autopsy.found {
                 for (all, tally) in by_strategy.iter_mut().zip(tallies) {
-                    *all += tally.sum;
+                    *all += tally.mean(1);
                 }
             }
             if view.settings.method == Method::Naive {
-                assert!(autopsy.found.iter().all(|tallies| tallies[1].sum == 0.0));
+                assert!(
+                    autopsy
+                        .found
+                        .iter()
+                        .all(|tallies| tallies[1].mean(1) == 0.0)
+                );
             }
         }
         assert!(by_strategy.iter().all(|sum| *sum > 0.0), "{by_strategy:?}");

@@ -1,0 +1,137 @@
+//! Rays that are said to stop trees take no longer than others. Held are ratios of times, each the
+//! least of several taken in turns: what else the machine does can only make one longer, and all are
+//! far from their bounds.
+
+use std::time::Instant;
+
+use glam::Vec3;
+use lightbox_core::AccelKind;
+use lightbox_core::geometry::{Geometry, Primitives};
+use lightbox_core::lab::random::Rng;
+use lightbox_core::math::Ray;
+use lightbox_core::scene::boulder;
+
+const TURNS: usize = 5;
+
+fn geometry(positions: &[Vec3], triangles: &[[u32; 3]], accel: AccelKind) -> Geometry {
+    let corners = triangles.iter().map(|t| t.map(|v| positions[v as usize]));
+    let primitives = Primitives {
+        triangles: corners.collect::<Vec<_>>().into(),
+        slots: vec![0; triangles.len()],
+        ..Primitives::default()
+    };
+    Geometry::build(primitives, accel)
+}
+
+/// Seconds that each group of rays takes, cast one by one and in one call, and its hits.
+fn measure<const N: usize>(geometry: &Geometry, groups: [&[Ray]; N]) -> [([f64; 2], usize); N] {
+    let mut best = [([f64::INFINITY; 2], 0); N];
+    for _ in 0..TURNS {
+        for (best, rays) in best.iter_mut().zip(groups) {
+            let begin = Instant::now();
+            let hit = |ray| geometry.intersect(ray, |_| false).is_some();
+            let found = rays.iter().filter(|ray| hit(ray)).count();
+            best.0[0] = best.0[0].min(begin.elapsed().as_secs_f64());
+            let (begin, mut found_together) = (Instant::now(), 0);
+            let add = |_, hit: Option<_>| found_together += usize::from(hit.is_some());
+            geometry.intersect_many(rays.len(), |i| rays[i], |_| false, add);
+            best.0[1] = best.0[1].min(begin.elapsed().as_secs_f64());
+            assert_eq!(found, found_together);
+            best.1 = found;
+        }
+    }
+    best
+}
+
+/// Groups of 1000 rays with one number that is none: in the origin, the direction or the reach.
+#[test]
+fn v06_rays_that_are_none_miss_and_take_no_longer() {
+    let (positions, triangles) = boulder(5000);
+    let mut rng = Rng::new(6);
+    let rays: Vec<Ray> = (0..1000)
+        .map(|_| {
+            let origin = 3.0 * rng.direction();
+            Ray::new(origin, (0.5 * rng.cube() - origin).normalize())
+        })
+        .collect();
+    let spoil = |part: usize, axis: usize, x: f32| -> Vec<Ray> {
+        let spoilt = rays.iter().map(|ray| {
+            let mut ray = *ray;
+            match part {
+                0 => ray.origin[axis] = x,
+                1 => ray.dir[axis] = x,
+                _ => ray.t_max = x,
+            }
+            ray
+        });
+        spoilt.collect()
+    };
+    for accel in [AccelKind::Brute, AccelKind::KdTree, AccelKind::Bvh] {
+        let geometry = geometry(&positions, &triangles, accel);
+        for x in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            for (part, axis) in (0..7).map(|i| (i / 3, i % 3)) {
+                // A ray that goes on for ever is one.
+                if part == 2 && x == f32::INFINITY {
+                    continue;
+                }
+                let [(usual, hits), (time, found)] =
+                    measure(&geometry, [&rays, &spoil(part, axis, x)]);
+                assert!(hits > 500, "{hits}");
+                assert_eq!(found, 0, "{accel} {part} {axis} {x}");
+                for (time, usual) in time.into_iter().zip(usual) {
+                    assert!(
+                        time <= 2.5 * usual,
+                        "{accel} {part} {axis} {x}: {time} {usual}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// Three million triangles over a grid, and rays along each axis: down onto corners, where planes
+/// of the tree are, and across, over hills and through them.
+#[test]
+fn v11_rays_along_an_axis_take_no_longer_on_a_heightfield() {
+    const SIDE: u32 = 1226;
+    let at = |i: u32| (i % SIDE, i / SIDE);
+    let height = |x: u32, y: u32| {
+        let (x, y) = (x as f32 * 0.021, y as f32 * 0.017);
+        20.0 * (x.sin() * y.cos() + 0.3 * (3.1 * x + y).sin())
+    };
+    let positions: Vec<Vec3> = (0..SIDE * SIDE)
+        .map(|i| (at(i).0, at(i).1))
+        .map(|(x, y)| Vec3::new(x as f32, y as f32, height(x, y)))
+        .collect();
+    let corners = (0..SIDE * SIDE).filter(|i| at(*i).0 + 1 < SIDE && at(*i).1 + 1 < SIDE);
+    let triangles: Vec<[u32; 3]> = corners
+        .flat_map(|i| [[i, i + 1, i + 1 + SIDE], [i, i + 1 + SIDE, i + SIDE]])
+        .collect();
+    assert!(triangles.len() > 3_000_000);
+
+    let mut rng = Rng::new(11);
+    let mut along: Vec<Ray> = Vec::new();
+    for _ in 0..5000 {
+        let mut corner = || rng.below(SIDE as usize) as f32;
+        let (x, y) = (corner(), corner());
+        let z = 30.0 * rng.unit() - 5.0;
+        along.extend([
+            Ray::new(Vec3::new(x, y, 100.0), -Vec3::Z),
+            Ray::new(Vec3::new(-1.0, y, z), Vec3::X),
+            Ray::new(Vec3::new(x, -1.0, z), Vec3::Y),
+        ]);
+    }
+    // From the same places, off by a thousandth.
+    let askew: Vec<Ray> = along
+        .iter()
+        .map(|ray| Ray::new(ray.origin, (ray.dir + 1e-3 * rng.cube()).normalize()))
+        .collect();
+    for accel in [AccelKind::KdTree, AccelKind::Bvh] {
+        let geometry = geometry(&positions, &triangles, accel);
+        let [(time, found), (usual, hits)] = measure(&geometry, [&along, &askew]);
+        assert!(found > 7000 && hits > 7000, "{found} {hits}");
+        for (time, usual) in time.into_iter().zip(usual) {
+            assert!(time <= 3.0 * usual, "{accel}: {time} {usual}");
+        }
+    }
+}
