@@ -16,6 +16,7 @@ pub use triangles::Triangles;
 mod cast;
 mod flights;
 mod search;
+mod sides;
 mod stream;
 mod traversal;
 mod triangles;

@@ -21,7 +21,7 @@ const PAD: f32 = 72.0 / (1 << 24) as f32;
 
 /// A ray in a form that planes are met with, the part of it inside some bounds.
 #[derive(Clone, Copy)]
-pub(super) struct Beam {
+pub(crate) struct Beam {
     pub origin: [f32; 3],
     /// 1/direction, limited so that its product with R is finite: then no plane in reach is met
     /// at NaN, and a ray parallel to a plane meets it either far outside the bounds or, within

@@ -9,7 +9,7 @@ mod progress;
 #[cfg(test)]
 pub(crate) mod test;
 
-use beam::Beam;
+pub(crate) use beam::Beam;
 use bvh::Along;
 pub use bvh::Bvh;
 pub use kdtree::KdTree;

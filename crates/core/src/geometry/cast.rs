@@ -6,9 +6,10 @@
 use rayon::prelude::*;
 
 use super::search::{Any, Face, Nearest, Search, offer_triangle, reach};
+use super::sides::{self, Sides};
 use super::{Hit, Primitives};
-use crate::accel::bvh::{Built, Leaves, Ordered};
-use crate::accel::{self, Bvh, KdTree, Progress, TreeStats};
+use crate::accel::bvh::{Along, Built, Leaves, Ordered};
+use crate::accel::{self, Beam, Bvh, KdTree, Progress, Tree, TreeStats};
 use crate::math::{Aabb, Ray};
 use crate::settings::AccelKind;
 use crate::shape::{Place, ShearedRay, TriangleRuns};
@@ -25,12 +26,13 @@ pub struct Geometry {
     pub(super) accel: Accel,
     pub(super) kernel: Kernel,
     bounds: Aabb,
+    pub(super) sides: Sides,
 }
 
 #[derive(Debug)]
 pub(super) enum Accel {
     /// Everything, in the order of ids.
-    Brute,
+    Brute(Sweep),
     KdTree(KdTree),
     /// Its leaves are the runs of [`super::Triangles`].
     Bvh {
@@ -41,10 +43,32 @@ pub(super) enum Accel {
     },
 }
 
+/// The faces but for the sides: so many, the first of the runs.
+#[derive(Debug)]
+pub(super) struct Sweep {
+    pub count: u32,
+    pub bounds: Aabb,
+}
+
+impl Tree for Sweep {
+    #[inline(always)]
+    fn along(&self, ray: &Ray) -> (Along, bool) {
+        let beam = Beam::new(ray, &self.bounds);
+        let [ix, iy, iz] = beam.inv_dir;
+        let along = Along([ix, iy, iz, 0.0, 0.0, 0.0, 0.0, ray.t_max]);
+        (along, beam.is_met)
+    }
+}
+
 impl Primitives {
     /// Number of triangles, each quad counted as two.
-    fn faces(&self) -> usize {
+    pub(super) fn faces(&self) -> usize {
         self.triangles.len() + 2 * self.quads.len()
+    }
+
+    /// One of these, by number, before they are laid out.
+    pub(super) fn face(&self, number: u32) -> ([glam::Vec3; 3], Face) {
+        self.triangles.face(&self.quads, number)
     }
 
     /// Id of the first sphere.
@@ -55,11 +79,10 @@ impl Primitives {
 
 impl Geometry {
     /// What is built if `accel` is asked for: never [`AccelKind::Auto`].
-    fn choice(primitives: &Primitives, accel: AccelKind) -> AccelKind {
+    fn choice(primitives: &Primitives, sides: &Sides, accel: AccelKind) -> AccelKind {
+        let count = primitives.faces() - sides.count() + primitives.spheres.len();
         match accel {
-            AccelKind::Auto if primitives.faces() + primitives.spheres.len() < SWEEP_BELOW => {
-                AccelKind::Brute
-            }
+            AccelKind::Auto if count < SWEEP_BELOW => AccelKind::Brute,
             AccelKind::Auto => AccelKind::Bvh,
             accel => accel,
         }
@@ -91,40 +114,50 @@ impl Geometry {
         kernel: Kernel,
         progress: &Progress<'_>,
     ) -> Self {
-        let boxes = || -> Vec<Aabb> {
-            (0..primitives.len() as u32)
-                .map(|id| primitives.bounds(id))
-                .collect()
-        };
         let bounds = (0..primitives.len() as u32)
             .into_par_iter()
             .map(|id| primitives.bounds(id))
+            // NaN would swallow what there was before.
+            .filter(|bounds| !bounds.is_empty())
             .reduce(|| Aabb::EMPTY, Aabb::union);
-        let accel = match Self::choice(&primitives, accel) {
+        let sides = Sides::of(&primitives, bounds);
+        let is_side = |id| sides.have(&primitives.get(id));
+        let accel = match Self::choice(&primitives, &sides, accel) {
             AccelKind::Brute => {
-                let count = primitives.faces();
+                let faces = 0..primitives.faces() as u32;
+                let is_other = |i: &u32| !is_side(primitives.face(*i).1.id());
+                let others: Vec<_> = faces.filter(is_other).collect();
+                let boxes = others
+                    .iter()
+                    .map(|i| Aabb::of_points(primitives.face(*i).0));
+                let bounds = boxes.filter(|b| !b.is_empty());
+                let bounds = bounds.fold(Aabb::EMPTY, Aabb::union);
                 let begins = |i: u32| i.is_multiple_of(TriangleRuns::MAX as u32);
-                let order = (0..count as u32).map(|i| Ordered::new(i, begins(i)));
-                let Primitives {
-                    triangles, quads, ..
-                } = &mut primitives;
-                triangles.lay_out(quads, order.collect());
-                Accel::Brute
+                let order = (0..).zip(&others);
+                let order = order.map(|(i, face)| Ordered::new(*face, begins(i)));
+                let order = order.collect();
+                primitives.triangles.lay_out(&primitives.quads, order);
+                let count = others.len() as u32;
+                Accel::Brute(Sweep { count, bounds })
             }
-            AccelKind::KdTree => Accel::KdTree(KdTree::build_watched(
-                &boxes(),
-                |id, cell| primitives.clipped_bounds(id, cell),
-                progress,
-            )),
+            AccelKind::KdTree => {
+                let bounds = |id| match is_side(id) {
+                    true => Aabb::EMPTY,
+                    false => primitives.bounds(id),
+                };
+                let boxes: Vec<_> = (0..primitives.len() as u32).map(bounds).collect();
+                let clip = |id, cell: &Aabb| primitives.clipped_bounds(id, cell);
+                Accel::KdTree(KdTree::build_watched(&boxes, clip, progress))
+            }
             AccelKind::Auto | AccelKind::Bvh => {
+                let bounds = |i| match primitives.face(i) {
+                    (_, face) if is_side(face.id()) => Aabb::EMPTY,
+                    (triangle, _) => Aabb::of_points(triangle),
+                };
                 let count = primitives.faces();
-                let Primitives {
-                    triangles, quads, ..
-                } = &mut primitives;
-                let face = |i| Aabb::of_points(triangles.face(quads, i).0);
-                let Built { tree, order } = Bvh::build_watched(count, face, kernel, progress);
+                let Built { tree, order } = Bvh::build_watched(count, bounds, kernel, progress);
                 if !progress.is_stopped() {
-                    triangles.lay_out(quads, order);
+                    primitives.triangles.lay_out(&primitives.quads, order);
                 }
                 let first = primitives.first_sphere();
                 let spheres = (primitives.spheres.len() >= SWEEP_BELOW).then(|| {
@@ -142,6 +175,7 @@ impl Geometry {
             accel,
             kernel,
             bounds,
+            sides,
         }
     }
 
@@ -159,7 +193,7 @@ impl Geometry {
     /// What was built: never [`AccelKind::Auto`].
     pub fn accel(&self) -> AccelKind {
         match self.accel {
-            Accel::Brute => AccelKind::Brute,
+            Accel::Brute(_) => AccelKind::Brute,
             Accel::KdTree(_) => AccelKind::KdTree,
             Accel::Bvh { .. } => AccelKind::Bvh,
         }
@@ -168,7 +202,7 @@ impl Geometry {
     /// Measures the tree over triangles and quads, and in the kd-tree spheres, if there is one.
     pub fn tree_stats(&self) -> Option<TreeStats> {
         match &self.accel {
-            Accel::Brute => None,
+            Accel::Brute(_) => None,
             Accel::KdTree(tree) => Some(tree.stats()),
             Accel::Bvh { tree, .. } => Some(tree.stats()),
         }
@@ -177,7 +211,7 @@ impl Geometry {
     /// Memory of the accelerator beside the primitives, bytes.
     pub fn accel_bytes(&self) -> usize {
         match &self.accel {
-            Accel::Brute => 0,
+            Accel::Brute(_) => 0,
             Accel::KdTree(tree) => tree.bytes(),
             Accel::Bvh { tree, spheres } => {
                 let spheres = spheres.as_ref();
@@ -232,18 +266,15 @@ impl Geometry {
     pub(super) fn search_with<L: Lanes>(&self, ray: &Ray, search: &mut impl Search) {
         let sheared = ShearedRay::new(ray);
         match &self.accel {
-            Accel::Brute => {
-                if !accel::may_hit(&self.bounds, ray) {
-                    return;
+            Accel::Brute(Sweep { count, bounds }) => {
+                if accel::may_hit(bounds, ray) {
+                    let runs = self.primitives.triangles.runs();
+                    for first in (0..*count).step_by(TriangleRuns::MAX) {
+                        let count = (count - first).min(TriangleRuns::MAX as u32);
+                        test_run::<L>(runs, &sheared, first, count, search);
+                    }
                 }
-                let runs = self.primitives.triangles.runs();
-                let (mut first, end) = (0, runs.count() as u32);
-                while first < end {
-                    let count = (end - first).min(TriangleRuns::MAX as u32);
-                    test_run::<L>(runs, &sheared, first, count, search);
-                    first += count;
-                }
-                self.test_spheres(ray, search);
+                self.search_spheres(None, ray, search);
             }
             Accel::KdTree(tree) => tree.walk_with(ray, search, Search::node, |search, id, _| {
                 self.test_primitive(id, ray, &sheared, search);
@@ -257,6 +288,21 @@ impl Geometry {
                 };
                 tree.walk::<L>(ray, leaves);
                 self.search_spheres(spheres.as_ref(), ray, search);
+            }
+        }
+        if self.sides.count() > 0 {
+            self.test_sides::<L, _>(ray, &sheared, search);
+        }
+    }
+
+    /// The sides, after all else.
+    #[inline(always)]
+    fn test_sides<L: Lanes, S: Search>(&self, ray: &Ray, sheared: &ShearedRay, search: &mut S) {
+        let Sides { runs, parts, .. } = &self.sides;
+        let side = self.sides.matter::<S>(ray, search.t_max());
+        for (i, &(first, count)) in (0..).zip(parts) {
+            if count > 0 && (side == i || side == sides::ANY) {
+                test_run::<L>(runs, sheared, first, count, search);
             }
         }
     }

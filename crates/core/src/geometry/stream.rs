@@ -5,9 +5,10 @@ use std::cell::Cell;
 use glam::Vec3;
 
 use super::Hit;
-use super::cast::{Accel, Geometry};
+use super::cast::{Accel, Geometry, Sweep};
 use super::flights::{Flight, RayGroup};
 use super::search::{Any, Face, Nearest, Search, reach};
+use super::sides::{self, Sides};
 use crate::accel::bvh::{self, Along, Lists, OCTANTS, Octants, Stream};
 use crate::accel::{Bvh, Tree};
 use crate::math::{Floats, GROUP, Ray};
@@ -122,29 +123,86 @@ impl<S: Search> Task for CastMany<'_, S> {
             searches,
             scratch,
         } = self;
-        match &geometry.accel {
-            Accel::Bvh { tree, spheres } if L::MANY && searches.len() > FEW => {
-                let runs = geometry.primitives.triangles.runs();
-                cast_batch::<L, S>(runs, tree, searches, scratch);
-                if !geometry.primitives.spheres.is_empty() {
-                    for (i, search) in searches.iter_mut().enumerate() {
-                        let ray = scratch.rays[i / GROUP].get(i % GROUP);
-                        geometry.search_spheres(spheres.as_ref(), &ray, search);
-                    }
-                }
+        if !L::MANY || searches.len() <= FEW {
+            for (i, search) in searches.iter_mut().enumerate() {
+                let ray = scratch.rays[i / GROUP].get(i % GROUP);
+                geometry.search_with::<L>(&ray, search);
             }
-            Accel::KdTree(tree) if L::MANY && searches.len() > FEW => {
+            return;
+        }
+        let runs = geometry.primitives.triangles.runs();
+        let spheres = match &geometry.accel {
+            Accel::Brute(sweep) => {
+                sweep_batch::<L, S>(runs, sweep, searches, scratch);
+                Some(None)
+            }
+            Accel::KdTree(tree) => {
                 prepare_batch::<L>(tree, searches.len(), scratch);
                 eights::cast::<L, S>(geometry, tree, searches, scratch);
+                None
             }
-            _ => {
-                for (i, search) in searches.iter_mut().enumerate() {
-                    let ray = scratch.rays[i / GROUP].get(i % GROUP);
-                    geometry.search_with::<L>(&ray, search);
-                }
+            Accel::Bvh { tree, spheres } => {
+                cast_batch::<L, S>(runs, tree, searches, scratch);
+                Some(spheres.as_ref())
+            }
+        };
+        if let Some(tree) = spheres
+            && !geometry.primitives.spheres.is_empty()
+        {
+            for (i, search) in searches.iter_mut().enumerate() {
+                let ray = scratch.rays[i / GROUP].get(i % GROUP);
+                geometry.search_spheres(tree, &ray, search);
             }
         }
+        if geometry.sides.count() > 0 {
+            cast_at_sides::<L, S>(&geometry.sides, searches, scratch);
+        }
     }
+}
+
+/// Casts rays that have been through a tree at the sides, if these matter to them.
+#[inline(always)]
+fn cast_at_sides<L: Lanes, S: Search>(sides: &Sides, searches: &mut [S], scratch: &mut Scratch) {
+    let Scratch {
+        rays,
+        flights,
+        at_sides,
+        pairs,
+        ..
+    } = scratch;
+    let mut counts = [0; sides::NONE as usize + 1];
+    let mut which = [0; GROUP];
+    for (k, (searches, rays)) in searches.chunks(GROUP).zip(rays.iter()).enumerate() {
+        let mut t_max = [0.0; GROUP];
+        for (t_max, search) in t_max.iter_mut().zip(searches) {
+            *t_max = search.t_max();
+        }
+        for i in 0..GROUP {
+            which[i] = sides.matter::<S>(&rays.get(i), t_max[i]);
+        }
+        for (i, &side) in which[..searches.len()].iter().enumerate() {
+            let side = side as usize % counts.len();
+            at_sides[side][counts[side] % BATCH] = (k * GROUP + i) as u16;
+            counts[side] += 1;
+        }
+    }
+    let mut batch = Batch {
+        faces: &sides.runs,
+        flights: flights.as_flattened_mut(),
+        searches,
+        pairs,
+    };
+    let list = |side: usize| &at_sides[side][..counts[side]];
+    for (side, &(first, count)) in sides.parts.iter().enumerate() {
+        if count == 0 {
+            continue;
+        }
+        batch.visit::<L>(list(sides::ANY as usize), first, count);
+        for place in 0..count {
+            batch.visit_one::<L>(list(side), first, count, place);
+        }
+    }
+    batch.settle();
 }
 
 /// Makes rays ready for a tree, and returns how far the start of one is from that of the next.
@@ -166,6 +224,38 @@ fn prepare_batch<L: Lanes>(tree: &impl Tree, count: usize, scratch: &mut Scratch
         steps += (rays.get(0).origin - rays.get(1 % count).origin).length();
     }
     steps / rays.len() as f32
+}
+
+/// Casts rays at all triangles but the sides.
+#[inline(always)]
+fn sweep_batch<L: Lanes, S: Search>(
+    runs: &TriangleRuns,
+    sweep: &Sweep,
+    searches: &mut [S],
+    scratch: &mut Scratch,
+) {
+    prepare_batch::<L>(sweep, searches.len(), scratch);
+    let Scratch {
+        flights,
+        octants,
+        pairs,
+        ..
+    } = scratch;
+    let mut batch = Batch {
+        faces: runs,
+        flights: flights.as_flattened_mut(),
+        searches,
+        pairs,
+    };
+    for octant in 0..OCTANTS {
+        for first in (0..sweep.count).step_by(TriangleRuns::MAX) {
+            let count = (sweep.count - first).min(TriangleRuns::MAX as u32);
+            for place in 0..count {
+                batch.visit_one::<L>(octants.items(octant), first, count, place);
+            }
+        }
+    }
+    batch.settle();
 }
 
 /// Casts rays through the tree over triangles, one octant after the other.
@@ -241,6 +331,8 @@ struct Scratch {
     columns: [[Floats; 8]; 2],
     rays: Vec<RayGroup>,
     flights: Vec<[Flight; GROUP]>,
+    /// Rays to which each of the sides matters, any of them, and none.
+    at_sides: Box<[[u16; BATCH]; sides::NONE as usize + 1]>,
     octants: Octants,
     lists: Lists,
     pairs: Pairs,
@@ -256,6 +348,7 @@ impl Default for Scratch {
             columns: [[[0.0; GROUP]; 8]; 2],
             rays: vec![RayGroup::default(); BATCH / GROUP],
             flights: vec![[Flight::default(); GROUP]; BATCH / GROUP],
+            at_sides: Box::new([[0; BATCH]; _]),
             octants: Octants::default(),
             lists: Lists::default(),
             pairs: Pairs::default(),

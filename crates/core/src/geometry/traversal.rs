@@ -3,7 +3,8 @@
 
 use super::cast::Geometry;
 use super::search::{Face, Nearest, Search, reach};
-use crate::math::Ray;
+use super::sides::Sides;
+use crate::math::{Aabb, Ray};
 
 /// What it took to find the nearest hit of a ray that is cast by itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -35,6 +36,11 @@ impl<S: Search> Search for Counted<S> {
     }
 
     const LIMIT: f32 = S::LIMIT;
+
+    #[inline(always)]
+    fn clear_of(sides: &Sides) -> &Aabb {
+        S::clear_of(sides)
+    }
 
     #[inline(always)]
     fn offer(&mut self, t: f32, face: Face, b: [f32; 2]) {
@@ -128,8 +134,9 @@ mod tests {
         let all = geometry.bounds();
         let spheres = primitives.spheres.len() as u32;
         match &geometry.accel {
-            Accel::Brute => {
-                add(&all, Some((0..primitives.len() as u32).map(tests).sum()));
+            Accel::Brute(sweep) => {
+                add(&sweep.bounds, Some(sweep.count));
+                add(&all, Some(spheres));
             }
             Accel::KdTree(tree) => {
                 for (cell, ids) in tree.cells() {
@@ -191,7 +198,8 @@ mod tests {
         let mut primitives = Primitives::default();
         for i in 0..64 {
             let corner = Vec3::new((i / 8) as f32 * 100.0, (i % 8) as f32 * 0.01, 0.0);
-            let triangle = [corner, corner + Vec3::Y, corner + Vec3::Z];
+            // No side of their box.
+            let triangle = [corner, corner + Vec3::Y, corner + Vec3::new(0.01, 0.0, 1.0)];
             primitives.triangles.push(triangle);
         }
         primitives
