@@ -6,7 +6,7 @@
 use rayon::prelude::*;
 
 use super::search::{Any, Face, Nearest, Search, offer_triangle, reach};
-use super::sides::{self, Sides};
+use super::sides::Sides;
 use super::{Hit, Primitives};
 use crate::accel::bvh::{Along, Built, Leaves, Ordered};
 use crate::accel::{self, Beam, Bvh, KdTree, Progress, Tree, TreeStats};
@@ -299,9 +299,9 @@ impl Geometry {
     #[inline(always)]
     fn test_sides<L: Lanes, S: Search>(&self, ray: &Ray, sheared: &ShearedRay, search: &mut S) {
         let Sides { runs, parts, .. } = &self.sides;
-        let side = self.sides.matter::<S>(ray, search.t_max());
-        for (i, &(first, count)) in (0..).zip(parts) {
-            if count > 0 && (side == i || side == sides::ANY) {
+        let matter = self.sides.matter::<S>(ray, search.t_max());
+        for (&(first, count), matters) in parts.iter().zip(matter) {
+            if matters && count > 0 {
                 test_run::<L>(runs, sheared, first, count, search);
             }
         }

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use crate::accel::Tree;
-use crate::accel::bvh::{Along, Octants};
+use crate::accel::bvh::{Along, Sorted};
 use crate::math::{Floats, GROUP, Ray};
 use crate::shape::ShearedRay;
 use crate::simd::Lanes;
@@ -67,7 +67,7 @@ impl RayGroup {
         (first, count): (usize, usize),
         [along, sheared]: &mut [[Floats; 8]; 2],
         flights: &mut [Flight; GROUP],
-        octants: &mut Octants,
+        sorted: &mut Sorted,
     ) {
         let mut is_met = [0.0; GROUP];
         // Eight stores in a row, and two loops, or the compiler makes none of it wide.
@@ -87,7 +87,7 @@ impl RayGroup {
         }
         let (flights, _) = flights.as_chunks_mut::<8>();
         for (k, flights) in flights.iter_mut().enumerate() {
-            octants.list::<L>(first + 8 * k, &eight(along, k), &is_met.as_chunks().0[k]);
+            sorted.by_octant::<L>(first + 8 * k, &eight(along, k), &is_met.as_chunks().0[k]);
             let (along, sheared) = (
                 L::transpose(eight(along, k)),
                 L::transpose(eight(sheared, k)),

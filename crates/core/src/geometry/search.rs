@@ -1,9 +1,8 @@
 //! What a ray is cast for: the nearest hit or any, made of the hits of single primitives in
 //! whatever order they come.
 
-use super::sides::Sides;
 use super::{Hit, Primitives};
-use crate::math::{Aabb, Ray};
+use crate::math::Ray;
 use crate::shape::TriangleHit;
 
 /// Relative distance within which an emitter wins against a surface in the same place.
@@ -48,8 +47,8 @@ pub(super) trait Search {
     fn limit(&self) -> f32 {
         self.t_max() * Self::LIMIT
     }
-    /// Where a ray from inside that goes up to `t_max` ends if no side can be found any more.
-    fn clear_of(sides: &Sides) -> &Aabb;
+    /// Whether a side in which a ray from inside ends, to within rounding, does not count.
+    const ENDS_INSIDE: bool;
     /// Takes note of a hit; `b` are a triangle's second and third barycentric.
     fn offer(&mut self, t: f32, face: Face, b: [f32; 2]);
     /// Told of each inner node of a tree that is visited; only those that count listen.
@@ -84,10 +83,7 @@ impl<E: Fn(u32) -> bool> Search for Nearest<E> {
     /// Further, for emitters that are then counted as nearer.
     const LIMIT: f32 = 1.0 + 2.0 * NUDGE;
 
-    #[inline(always)]
-    fn clear_of(sides: &Sides) -> &Aabb {
-        &sides.before
-    }
+    const ENDS_INSIDE: bool = false;
 
     #[inline(always)]
     fn offer(&mut self, mut t: f32, face: Face, b: [f32; 2]) {
@@ -148,10 +144,7 @@ impl Search for Any {
 
     const LIMIT: f32 = 1.0;
 
-    #[inline(always)]
-    fn clear_of(sides: &Sides) -> &Aabb {
-        &sides.within
-    }
+    const ENDS_INSIDE: bool = true;
 
     #[inline(always)]
     fn offer(&mut self, _: f32, face: Face, _: [f32; 2]) {

@@ -2,7 +2,7 @@
 //!
 //! Nothing is beyond them, so that they stand between no two points of the box, and a ray from inside
 //! comes to them last, to those where it leaves the box. So they are in no tree: segments within the box
-//! never ask for them, and other rays only if they have found nothing that is clearly before.
+//! never ask for them, and other rays after all else, and only for those where they cross the box.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -16,32 +16,23 @@ use crate::shape::TriangleRuns;
 /// Number of sides that a box has: two to an axis, the lower first.
 pub(super) const SIDES: usize = 6;
 
-/// Stands for all sides, where it is not clear which it can be.
-pub(super) const ANY: u32 = SIDES as u32;
-
-/// Stands for no side.
-pub(super) const NONE: u32 = ANY + 1;
-
 /// Rounding of the end of a segment, o + t·d, in units of the largest coordinate.
 const END: f32 = 4.0 * f32::EPSILON;
 
-/// How far from a side a ray is clear of it, whatever tests round, in units of the longest edge of the
-/// box: twice the rounding of a test and the start that emitters have (`accel::beam`).
+/// How far a ray passes by a side, or ends before it, if no test accepts that, in units of the largest
+/// distance along an axis from its origin to a corner of the box: twice what tests round and emitters
+/// are ahead (`accel::beam`).
 const CLEAR: f32 = 144.0 / (1 << 24) as f32;
 
-/// The faces in the sides of a box, and where they matter.
+/// The faces in the sides of a box.
 #[derive(Debug)]
 pub(super) struct Sides {
     pub runs: TriangleRuns,
     /// Where the faces of each side begin and how many there are: no more than make a run.
     pub parts: [(u32, u32); SIDES],
     bounds: Aabb,
-    /// A segment from inside that ends here stays inside.
-    pub within: Aabb,
-    /// What a ray from inside hits here it hits before any side.
-    pub before: Aabb,
-    /// How far from a side a ray is clear of it.
-    clear: f32,
+    /// A segment from inside that ends no farther outside stays inside.
+    end: f32,
 }
 
 /// In which side of a box a primitive lies.
@@ -93,18 +84,11 @@ impl Sides {
                 (triangle, face.0)
             },
         );
-        let grown = |by: Vec3| Aabb {
-            min: bounds.min - by,
-            max: bounds.max + by,
-        };
-        let clear = CLEAR * bounds.extent().max_element();
         Self {
             runs,
             parts,
             bounds,
-            within: grown(END * bounds.min.abs().max(bounds.max.abs())),
-            before: grown(Vec3::splat(-clear)),
-            clear,
+            end: END * bounds.min.abs().max(bounds.max.abs()).max_element(),
         }
     }
 
@@ -118,53 +102,39 @@ impl Sides {
         self.count() > 0 && side_of(&self.bounds, primitive).is_some()
     }
 
-    /// In which side something may be found by a search that has been to all else and got to `t_max`: a
-    /// side's number, [`ANY`] or [`NONE`]. Without a branch, so that a loop over many rays is SIMD code.
+    /// In which sides a search that has got to `t_max` may find something. Without a branch, so that a
+    /// loop over many rays is SIMD code.
     #[inline(always)]
-    pub fn matter<S: Search>(&self, ray: &Ray, t_max: f32) -> u32 {
-        let Aabb { min, max } = self.bounds;
-        let within = S::clear_of(self);
-        let (mut is_inside, mut is_done) = (true, true);
-        // Where the ray comes to the side that it leaves by, if it leaves there, on each axis.
-        let (mut far, mut t) = ([0.0; 3], [0.0; 3]);
+    pub fn matter<S: Search>(&self, ray: &Ray, t_max: f32) -> [bool; SIDES] {
+        let (origin, dir) = (ray.origin.to_array(), ray.dir.to_array());
+        let (min, max) = (self.bounds.min.to_array(), self.bounds.max.to_array());
+        let (mut reach, mut is_inside) = (0.0, true);
         for axis in 0..3 {
-            let (o, d) = (ray.origin[axis], ray.dir[axis]);
-            let end = o + t_max * d;
-            is_inside &= (min[axis] <= o) & (o <= max[axis]);
-            is_done &= (within.min[axis] <= end) & (end <= within.max[axis]);
-            far[axis] = if d > 0.0 { max[axis] } else { min[axis] };
-            t[axis] = if d == 0.0 {
-                f32::INFINITY
-            } else {
-                (far[axis] - o) / d
-            };
+            is_inside &= (min[axis] <= origin[axis]) & (origin[axis] <= max[axis]);
+            for to in [
+                (min[axis] - origin[axis]).abs(),
+                (max[axis] - origin[axis]).abs(),
+            ] {
+                reach = if to > reach { to } else { reach };
+            }
         }
-        let axis = match () {
-            () if (t[0] <= t[1]) & (t[0] <= t[2]) => 0,
-            () if t[1] <= t[2] => 1,
-            () => 2,
-        };
-        let pick = |v: [f32; 3]| match axis {
-            0 => v[0],
-            1 => v[1],
-            _ => v[2],
-        };
-        let (o, d, far) = (
-            pick(ray.origin.to_array()),
-            pick(ray.dir.to_array()),
-            pick(far),
-        );
-        // When it comes to the others it is far outside.
-        let mut is_clear = true;
-        for (other, t) in t.into_iter().enumerate() {
-            is_clear &= (other == axis) | ((o + t * d - far).abs() > self.clear);
+        let clear = CLEAR * reach;
+        let stays = S::ENDS_INSIDE & is_inside;
+        let short = if stays { -self.end } else { clear };
+        let mut matter = [false; SIDES];
+        for side in 0..SIDES {
+            let axis = side / 2;
+            let at = if side % 2 == 0 { min[axis] } else { max[axis] };
+            let (o, d) = (origin[axis], dir[axis]);
+            let t = (at - o) / d;
+            let beyond = (o + t_max * d - at) * if d < 0.0 { -1.0 } else { 1.0 };
+            let mut is_met = (t > 0.0) & (beyond >= -short);
+            for other in [(axis + 1) % 3, (axis + 2) % 3] {
+                let p = origin[other] + t * dir[other];
+                is_met &= (min[other] - clear <= p) & (p <= max[other] + clear);
+            }
+            matter[side] = is_met;
         }
-        let side = 2 * axis as u32 + u32::from(d > 0.0);
-        let some = if is_inside & is_clear { side } else { ANY };
-        if (t_max > 0.0) & !(is_inside & is_done) {
-            some
-        } else {
-            NONE
-        }
+        matter
     }
 }

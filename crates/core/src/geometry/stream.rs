@@ -8,8 +8,8 @@ use super::Hit;
 use super::cast::{Accel, Geometry, Sweep};
 use super::flights::{Flight, RayGroup};
 use super::search::{Any, Face, Nearest, Search, reach};
-use super::sides::{self, Sides};
-use crate::accel::bvh::{self, Along, Lists, OCTANTS, Octants, Stream};
+use super::sides::{SIDES, Sides};
+use crate::accel::bvh::{self, Along, Lists, OCTANTS, Sorted, Stream};
 use crate::accel::{Bvh, Tree};
 use crate::math::{Floats, GROUP, Ray};
 use crate::shape::{Pairs, Place, ShearedRays, TriangleRuns};
@@ -164,26 +164,32 @@ impl<S: Search> Task for CastMany<'_, S> {
 #[inline(always)]
 fn cast_at_sides<L: Lanes, S: Search>(sides: &Sides, searches: &mut [S], scratch: &mut Scratch) {
     let Scratch {
+        columns: [matter, _],
         rays,
         flights,
-        at_sides,
+        sorted,
         pairs,
         ..
     } = scratch;
-    let mut counts = [0; sides::NONE as usize + 1];
-    let mut which = [0; GROUP];
+    sorted.clear();
+    let some = || (0..SIDES).filter(|side| sides.parts[*side].1 > 0);
     for (k, (searches, rays)) in searches.chunks(GROUP).zip(rays.iter()).enumerate() {
-        let mut t_max = [0.0; GROUP];
+        // Nothing matters to those that there are not.
+        let mut t_max = [-1.0; GROUP];
         for (t_max, search) in t_max.iter_mut().zip(searches) {
             *t_max = search.t_max();
         }
         for i in 0..GROUP {
-            which[i] = sides.matter::<S>(&rays.get(i), t_max[i]);
+            let [a, b, c, d, e, f] = sides.matter::<S>(&rays.get(i), t_max[i]);
+            let number = |matters| if matters { t_max[i] } else { 0.0 };
+            (matter[0][i], matter[1][i], matter[2][i]) = (number(a), number(b), number(c));
+            (matter[3][i], matter[4][i], matter[5][i]) = (number(d), number(e), number(f));
         }
-        for (i, &side) in which[..searches.len()].iter().enumerate() {
-            let side = side as usize % counts.len();
-            at_sides[side][counts[side] % BATCH] = (k * GROUP + i) as u16;
-            counts[side] += 1;
+        for side in some() {
+            for (j, eight) in matter[side].as_chunks().0.iter().enumerate() {
+                let mask = L::splat(0.0).lt(L::load(eight));
+                sorted.put::<L>(side, k * GROUP + 8 * j, mask);
+            }
         }
     }
     let mut batch = Batch {
@@ -192,14 +198,10 @@ fn cast_at_sides<L: Lanes, S: Search>(sides: &Sides, searches: &mut [S], scratch
         searches,
         pairs,
     };
-    let list = |side: usize| &at_sides[side][..counts[side]];
-    for (side, &(first, count)) in sides.parts.iter().enumerate() {
-        if count == 0 {
-            continue;
-        }
-        batch.visit::<L>(list(sides::ANY as usize), first, count);
+    for side in some() {
+        let (first, count) = sides.parts[side];
         for place in 0..count {
-            batch.visit_one::<L>(list(side), first, count, place);
+            batch.visit_one::<L>(sorted.items(side), first, count, place);
         }
     }
     batch.settle();
@@ -212,15 +214,15 @@ fn prepare_batch<L: Lanes>(tree: &impl Tree, count: usize, scratch: &mut Scratch
         columns,
         rays,
         flights,
-        octants,
+        sorted,
         ..
     } = scratch;
     let rays = &rays[..count.div_ceil(GROUP)];
     let mut steps = 0.0;
-    octants.clear();
+    sorted.clear();
     for (k, (rays, flights)) in rays.iter().zip(flights.iter_mut()).enumerate() {
         let count = GROUP.min(count - k * GROUP);
-        rays.prepare::<L>(tree, (k * GROUP, count), columns, flights, octants);
+        rays.prepare::<L>(tree, (k * GROUP, count), columns, flights, sorted);
         steps += (rays.get(0).origin - rays.get(1 % count).origin).length();
     }
     steps / rays.len() as f32
@@ -237,7 +239,7 @@ fn sweep_batch<L: Lanes, S: Search>(
     prepare_batch::<L>(sweep, searches.len(), scratch);
     let Scratch {
         flights,
-        octants,
+        sorted,
         pairs,
         ..
     } = scratch;
@@ -251,7 +253,7 @@ fn sweep_batch<L: Lanes, S: Search>(
         for first in (0..sweep.count).step_by(TriangleRuns::MAX) {
             let count = (sweep.count - first).min(TriangleRuns::MAX as u32);
             for place in 0..count {
-                batch.visit_one::<L>(octants.items(octant), first, count, place);
+                batch.visit_one::<L>(sorted.items(octant), first, count, place);
             }
         }
     }
@@ -269,7 +271,7 @@ fn cast_batch<L: Lanes, S: Search>(
     let step = prepare_batch::<L>(tree, searches.len(), scratch);
     let Scratch {
         flights,
-        octants,
+        sorted,
         lists,
         pairs,
         ..
@@ -281,7 +283,7 @@ fn cast_batch<L: Lanes, S: Search>(
         pairs,
     };
     for octant in 0..OCTANTS {
-        tree.walk_stream::<L>((octant, step), octants.items(octant), lists, &mut batch);
+        tree.walk_stream::<L>((octant, step), sorted.items(octant), lists, &mut batch);
     }
     batch.settle();
 }
@@ -331,9 +333,7 @@ struct Scratch {
     columns: [[Floats; 8]; 2],
     rays: Vec<RayGroup>,
     flights: Vec<[Flight; GROUP]>,
-    /// Rays to which each of the sides matters, any of them, and none.
-    at_sides: Box<[[u16; BATCH]; sides::NONE as usize + 1]>,
-    octants: Octants,
+    sorted: Sorted,
     lists: Lists,
     pairs: Pairs,
 }
@@ -348,8 +348,7 @@ impl Default for Scratch {
             columns: [[[0.0; GROUP]; 8]; 2],
             rays: vec![RayGroup::default(); BATCH / GROUP],
             flights: vec![[Flight::default(); GROUP]; BATCH / GROUP],
-            at_sides: Box::new([[0; BATCH]; _]),
-            octants: Octants::default(),
+            sorted: Sorted::default(),
             lists: Lists::default(),
             pairs: Pairs::default(),
         }

@@ -3,8 +3,7 @@
 
 use super::cast::Geometry;
 use super::search::{Face, Nearest, Search, reach};
-use super::sides::Sides;
-use crate::math::{Aabb, Ray};
+use crate::math::Ray;
 
 /// What it took to find the nearest hit of a ray that is cast by itself.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -37,10 +36,7 @@ impl<S: Search> Search for Counted<S> {
 
     const LIMIT: f32 = S::LIMIT;
 
-    #[inline(always)]
-    fn clear_of(sides: &Sides) -> &Aabb {
-        S::clear_of(sides)
-    }
+    const ENDS_INSIDE: bool = S::ENDS_INSIDE;
 
     #[inline(always)]
     fn offer(&mut self, t: f32, face: Face, b: [f32; 2]) {
@@ -237,7 +233,9 @@ mod tests {
             }; 5],
         );
         let geometry = Geometry::build(primitives, AccelKind::Brute);
-        let ray = Ray::new(Vec3::new(0.2, 0.2, 9.0), -Vec3::Z);
-        assert_eq!(count(&geometry, &ray), [0, 4 + 2 + 5]);
+        let down = |x: f32| Ray::new(Vec3::new(x, x, 9.0), -Vec3::Z);
+        assert_eq!(count(&geometry, &down(0.4)), [0, 4 + 2 + 5]);
+        // The others are a side, and behind.
+        assert_eq!(count(&geometry, &down(0.2)), [0, 5]);
     }
 }

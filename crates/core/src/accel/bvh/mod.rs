@@ -5,10 +5,11 @@
 mod boxes;
 mod build;
 mod node;
-mod octants;
+
 mod part;
 mod partition;
 mod slopes;
+mod sorted;
 mod split;
 mod stream;
 mod turns;
@@ -27,9 +28,9 @@ pub use boxes::Ordered;
 pub use build::Built;
 
 pub(crate) use node::MAX_PRIMITIVES;
-pub(crate) use octants::Octants;
 pub(crate) use part::in_a_row;
 pub(crate) use slopes::{Along, OCTANTS, Octant};
+pub(crate) use sorted::Sorted;
 pub(crate) use stream::{Lists, Stream};
 pub(crate) use walk::Leaves;
 

@@ -42,7 +42,7 @@ pub(super) fn cast<L: Lanes, S: Search>(
     let Scratch {
         rays,
         flights,
-        octants,
+        sorted,
         pairs,
         ..
     } = scratch;
@@ -54,7 +54,7 @@ pub(super) fn cast<L: Lanes, S: Search>(
     };
     let mut stack = Stack::new();
     for octant in 0..OCTANTS {
-        for chunk in octants.items(octant).chunks(8) {
+        for chunk in sorted.items(octant).chunks(8) {
             // What is lacking is the first once more: to meet a thing twice changes nothing.
             let mut items = [chunk[0]; 8];
             items[..chunk.len()].copy_from_slice(chunk);
