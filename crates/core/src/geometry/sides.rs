@@ -122,7 +122,7 @@ impl Sides {
         let stays = S::ENDS_INSIDE & is_inside;
         let short = if stays { -self.end } else { clear };
         let mut matter = [false; SIDES];
-        for side in 0..SIDES {
+        for (side, matters) in matter.iter_mut().enumerate() {
             let axis = side / 2;
             let at = if side % 2 == 0 { min[axis] } else { max[axis] };
             let (o, d) = (origin[axis], dir[axis]);
@@ -133,7 +133,7 @@ impl Sides {
                 let p = origin[other] + t * dir[other];
                 is_met &= (min[other] - clear <= p) & (p <= max[other] + clear);
             }
-            matter[side] = is_met;
+            *matters = is_met;
         }
         matter
     }
