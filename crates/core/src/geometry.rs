@@ -18,6 +18,7 @@ mod flights;
 mod search;
 mod sides;
 mod stream;
+mod sweep;
 mod traversal;
 mod triangles;
 

@@ -7,9 +7,10 @@ use rayon::prelude::*;
 
 use super::search::{Any, Face, Nearest, Search, offer_triangle, reach};
 use super::sides::Sides;
+use super::sweep::Sweep;
 use super::{Hit, Primitives};
-use crate::accel::bvh::{Along, Built, Leaves, Ordered};
-use crate::accel::{self, Beam, Bvh, KdTree, Progress, Tree, TreeStats};
+use crate::accel::bvh::{Built, Leaves};
+use crate::accel::{self, Bvh, KdTree, Progress, TreeStats};
 use crate::math::{Aabb, Ray};
 use crate::settings::AccelKind;
 use crate::shape::{Place, ShearedRay, TriangleRuns};
@@ -41,23 +42,6 @@ pub(super) enum Accel {
         /// tested.
         spheres: Option<(Bvh, Vec<u32>)>,
     },
-}
-
-/// The faces but for the sides: so many, the first of the runs.
-#[derive(Debug)]
-pub(super) struct Sweep {
-    pub count: u32,
-    pub bounds: Aabb,
-}
-
-impl Tree for Sweep {
-    #[inline(always)]
-    fn along(&self, ray: &Ray) -> (Along, bool) {
-        let beam = Beam::new(ray, &self.bounds);
-        let [ix, iy, iz] = beam.inv_dir;
-        let along = Along([ix, iy, iz, 0.0, 0.0, 0.0, 0.0, ray.t_max]);
-        (along, beam.is_met)
-    }
 }
 
 impl Primitives {
@@ -123,23 +107,7 @@ impl Geometry {
         let sides = Sides::of(&primitives, bounds);
         let is_side = |id| sides.have(&primitives.get(id));
         let accel = match Self::choice(&primitives, &sides, accel) {
-            AccelKind::Brute => {
-                let faces = 0..primitives.faces() as u32;
-                let is_other = |i: &u32| !is_side(primitives.face(*i).1.id());
-                let others: Vec<_> = faces.filter(is_other).collect();
-                let boxes = others
-                    .iter()
-                    .map(|i| Aabb::of_points(primitives.face(*i).0));
-                let bounds = boxes.filter(|b| !b.is_empty());
-                let bounds = bounds.fold(Aabb::EMPTY, Aabb::union);
-                let begins = |i: u32| i.is_multiple_of(TriangleRuns::MAX as u32);
-                let order = (0..).zip(&others);
-                let order = order.map(|(i, face)| Ordered::new(*face, begins(i)));
-                let order = order.collect();
-                primitives.triangles.lay_out(&primitives.quads, order);
-                let count = others.len() as u32;
-                Accel::Brute(Sweep { count, bounds })
-            }
+            AccelKind::Brute => Accel::Brute(Sweep::of(&mut primitives, &sides)),
             AccelKind::KdTree => {
                 let bounds = |id| match is_side(id) {
                     true => Aabb::EMPTY,
@@ -266,11 +234,10 @@ impl Geometry {
     pub(super) fn search_with<L: Lanes>(&self, ray: &Ray, search: &mut impl Search) {
         let sheared = ShearedRay::new(ray);
         match &self.accel {
-            Accel::Brute(Sweep { count, bounds }) => {
-                if accel::may_hit(bounds, ray) {
+            Accel::Brute(sweep) => {
+                if accel::may_hit(&sweep.bounds, ray) {
                     let runs = self.primitives.triangles.runs();
-                    for first in (0..*count).step_by(TriangleRuns::MAX) {
-                        let count = (count - first).min(TriangleRuns::MAX as u32);
+                    for (first, count) in sweep.runs() {
                         test_run::<L>(runs, &sheared, first, count, search);
                     }
                 }

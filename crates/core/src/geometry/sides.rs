@@ -51,7 +51,7 @@ fn side_of(bounds: &Aabb, primitive: &Primitive) -> Option<usize> {
 }
 
 impl Sides {
-    /// The sides of what lies in `bounds`; none if one has too many faces.
+    /// The sides of what lies in `bounds`, but for those with more faces than make a run.
     pub fn of(primitives: &Primitives, bounds: Aabb) -> Self {
         let faces = (0..primitives.faces() as u32).into_par_iter();
         let side = |i| {
@@ -60,15 +60,10 @@ impl Sides {
         };
         let mut faces: Vec<_> = faces.filter_map(side).collect();
         faces.sort_unstable();
-        if faces
-            .chunk_by(|a, b| a.0 == b.0)
-            .any(|side| side.len() > TriangleRuns::MAX)
-        {
-            faces.clear();
-        }
         let mut parts = [(0, 0); SIDES];
         let mut order = vec![];
-        for side in faces.chunk_by(|a, b| a.0 == b.0) {
+        let sides = faces.chunk_by(|a, b| a.0 == b.0);
+        for side in sides.filter(|side| side.len() <= TriangleRuns::MAX) {
             parts[side[0].0] = (order.len() as u32, side.len() as u32);
             order.extend(
                 (0..)
@@ -99,7 +94,8 @@ impl Sides {
 
     /// Whether a primitive is one of them.
     pub fn have(&self, primitive: &Primitive) -> bool {
-        self.count() > 0 && side_of(&self.bounds, primitive).is_some()
+        self.count() > 0
+            && side_of(&self.bounds, primitive).is_some_and(|side| self.parts[side].1 > 0)
     }
 
     /// In which sides a search that has got to `t_max` may find something. Without a branch, so that a

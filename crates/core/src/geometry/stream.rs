@@ -5,10 +5,9 @@ use std::cell::Cell;
 use glam::Vec3;
 
 use super::Hit;
-use super::cast::{Accel, Geometry, Sweep};
+use super::cast::{Accel, Geometry};
 use super::flights::{Flight, RayGroup};
 use super::search::{Any, Face, Nearest, Search, reach};
-use super::sides::{SIDES, Sides};
 use crate::accel::bvh::{self, Along, Lists, OCTANTS, Sorted, Stream};
 use crate::accel::{Bvh, Tree};
 use crate::math::{Floats, GROUP, Ray};
@@ -16,6 +15,7 @@ use crate::shape::{Pairs, Place, ShearedRays, TriangleRuns};
 use crate::simd::{Lanes, SET_BITS, Task};
 
 mod eights;
+mod few;
 
 /// So few rays are cast one by one (measured: docs/ray-casting.md).
 const FEW: usize = 128;
@@ -133,7 +133,7 @@ impl<S: Search> Task for CastMany<'_, S> {
         let runs = geometry.primitives.triangles.runs();
         let spheres = match &geometry.accel {
             Accel::Brute(sweep) => {
-                sweep_batch::<L, S>(runs, sweep, searches, scratch);
+                few::sweep::<L, S>(runs, sweep, searches, scratch);
                 Some(None)
             }
             Accel::KdTree(tree) => {
@@ -155,56 +155,9 @@ impl<S: Search> Task for CastMany<'_, S> {
             }
         }
         if geometry.sides.count() > 0 {
-            cast_at_sides::<L, S>(&geometry.sides, searches, scratch);
+            few::cast_at_sides::<L, S>(&geometry.sides, searches, scratch);
         }
     }
-}
-
-/// Casts rays that have been through a tree at the sides, if these matter to them.
-#[inline(always)]
-fn cast_at_sides<L: Lanes, S: Search>(sides: &Sides, searches: &mut [S], scratch: &mut Scratch) {
-    let Scratch {
-        columns: [matter, _],
-        rays,
-        flights,
-        sorted,
-        pairs,
-        ..
-    } = scratch;
-    sorted.clear();
-    let some = || (0..SIDES).filter(|side| sides.parts[*side].1 > 0);
-    for (k, (searches, rays)) in searches.chunks(GROUP).zip(rays.iter()).enumerate() {
-        // Nothing matters to those that there are not.
-        let mut t_max = [-1.0; GROUP];
-        for (t_max, search) in t_max.iter_mut().zip(searches) {
-            *t_max = search.t_max();
-        }
-        for i in 0..GROUP {
-            let [a, b, c, d, e, f] = sides.matter::<S>(&rays.get(i), t_max[i]);
-            let number = |matters| if matters { t_max[i] } else { 0.0 };
-            (matter[0][i], matter[1][i], matter[2][i]) = (number(a), number(b), number(c));
-            (matter[3][i], matter[4][i], matter[5][i]) = (number(d), number(e), number(f));
-        }
-        for side in some() {
-            for (j, eight) in matter[side].as_chunks().0.iter().enumerate() {
-                let mask = L::splat(0.0).lt(L::load(eight));
-                sorted.put::<L>(side, k * GROUP + 8 * j, mask);
-            }
-        }
-    }
-    let mut batch = Batch {
-        faces: &sides.runs,
-        flights: flights.as_flattened_mut(),
-        searches,
-        pairs,
-    };
-    for side in some() {
-        let (first, count) = sides.parts[side];
-        for place in 0..count {
-            batch.visit_one::<L>(sorted.items(side), first, count, place);
-        }
-    }
-    batch.settle();
 }
 
 /// Makes rays ready for a tree, and returns how far the start of one is from that of the next.
@@ -226,38 +179,6 @@ fn prepare_batch<L: Lanes>(tree: &impl Tree, count: usize, scratch: &mut Scratch
         steps += (rays.get(0).origin - rays.get(1 % count).origin).length();
     }
     steps / rays.len() as f32
-}
-
-/// Casts rays at all triangles but the sides.
-#[inline(always)]
-fn sweep_batch<L: Lanes, S: Search>(
-    runs: &TriangleRuns,
-    sweep: &Sweep,
-    searches: &mut [S],
-    scratch: &mut Scratch,
-) {
-    prepare_batch::<L>(sweep, searches.len(), scratch);
-    let Scratch {
-        flights,
-        sorted,
-        pairs,
-        ..
-    } = scratch;
-    let mut batch = Batch {
-        faces: runs,
-        flights: flights.as_flattened_mut(),
-        searches,
-        pairs,
-    };
-    for octant in 0..OCTANTS {
-        for first in (0..sweep.count).step_by(TriangleRuns::MAX) {
-            let count = (sweep.count - first).min(TriangleRuns::MAX as u32);
-            for place in 0..count {
-                batch.visit_one::<L>(sorted.items(octant), first, count, place);
-            }
-        }
-    }
-    batch.settle();
 }
 
 /// Casts rays through the tree over triangles, one octant after the other.

@@ -131,7 +131,10 @@ mod tests {
         let spheres = primitives.spheres.len() as u32;
         match &geometry.accel {
             Accel::Brute(sweep) => {
-                add(&sweep.bounds, Some(sweep.count));
+                add(
+                    &sweep.bounds,
+                    Some(sweep.runs().map(|(_, count)| count).sum()),
+                );
                 add(&all, Some(spheres));
             }
             Accel::KdTree(tree) => {
