@@ -133,7 +133,7 @@ pub(super) const CASES: &[Case] = &[
 ];
 
 const ALONG_AN_AXIS: &str =
-    "tests/tests/times.rs::v11_rays_along_an_axis_take_no_longer_on_a_heightfield";
+    "tests/tests/steps.rs::v11_rays_along_an_axis_take_no_more_on_a_heightfield";
 
 /// Rays along and across the lattice of a grid, each with the zeros of a direction as +0 and −0.
 fn lattice_rays(n: usize) -> Vec<[Ray; 2]> {

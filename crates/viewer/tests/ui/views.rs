@@ -218,11 +218,14 @@ fn the_cost_of_rays_is_counted_by_themselves() {
     assert!(reading(&mut window, on_ball).starts_with("distance"));
     show(&mut window, "traversal cost");
     window.harness.get_by_label("1\u{a0}000 nodes and shapes");
-    // So few shapes need no tree: the sphere and both halves of two quads, wherever the ray leads.
+    // So few shapes need no tree. The ball is before all that could be behind it; beside it the ray
+    // comes to both halves of the wall, and nowhere near the lamp.
+    assert_eq!(reading(&mut window, on_ball), "0 nodes, 1 shape");
+    let beside = window.at(0.9, 0.9);
+    assert_eq!(reading(&mut window, beside), "0 nodes, 3 shapes");
     let all = window.snapshot().rgb();
-    assert_eq!(all.chunks(3).filter(|p| *p != &all[..3]).count(), 0);
-    let tested = "0 nodes, 5 shapes";
-    assert_eq!(reading(&mut window, on_ball), tested);
+    let ball = all.chunks(3).filter(|p| *p != &all[..3]).count();
+    assert!(ball > 40 && ball < 140, "{ball}");
     // Where the ray is not within reach of anything, nothing is.
     let section = window
         .harness
@@ -234,9 +237,9 @@ fn the_cost_of_rays_is_counted_by_themselves() {
     window.set("Field of view", 120.0);
     window.done();
     let rgb = window.snapshot().rgb();
-    let free = rgb.chunks(3).filter(|p| *p != &all[..3]).count();
-    assert!(free > 0 && free < 40 * 30, "{free}");
-    assert!(rgb.chunks(3).all(|p| p == &all[..3] || *p == [68, 1, 84]));
+    let count = |color: &[u8]| rgb.chunks(3).filter(|p| *p == color).count();
+    let (free, wall) = (count(&[68, 1, 84]), count(&all[..3]));
+    assert!(free > 0 && wall > 0, "{free} {wall}");
 }
 
 #[test]
