@@ -266,7 +266,7 @@ impl Geometry {
     #[inline(always)]
     fn test_sides<L: Lanes, S: Search>(&self, ray: &Ray, sheared: &ShearedRay, search: &mut S) {
         let Sides { runs, parts, .. } = &self.sides;
-        let matter = self.sides.matter::<S>(ray, search.t_max());
+        let matter = self.sides.matter(ray, search.t_max(), search.except());
         for (&(first, count), matters) in parts.iter().zip(matter) {
             if matters && count > 0 {
                 test_run::<L>(runs, sheared, first, count, search);

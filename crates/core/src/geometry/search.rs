@@ -47,8 +47,11 @@ pub(super) trait Search {
     fn limit(&self) -> f32 {
         self.t_max() * Self::LIMIT
     }
-    /// Whether a side in which a ray from inside ends, to within rounding, does not count.
-    const ENDS_INSIDE: bool;
+    /// The primitive whose hits do not count, if any.
+    #[inline(always)]
+    fn except(&self) -> u32 {
+        u32::MAX
+    }
     /// Takes note of a hit; `b` are a triangle's second and third barycentric.
     fn offer(&mut self, t: f32, face: Face, b: [f32; 2]);
     /// Told of each inner node of a tree that is visited; only those that count listen.
@@ -82,8 +85,6 @@ impl<E: Fn(u32) -> bool> Search for Nearest<E> {
 
     /// Further, for emitters that are then counted as nearer.
     const LIMIT: f32 = 1.0 + 2.0 * NUDGE;
-
-    const ENDS_INSIDE: bool = false;
 
     #[inline(always)]
     fn offer(&mut self, mut t: f32, face: Face, b: [f32; 2]) {
@@ -144,7 +145,10 @@ impl Search for Any {
 
     const LIMIT: f32 = 1.0;
 
-    const ENDS_INSIDE: bool = true;
+    #[inline(always)]
+    fn except(&self) -> u32 {
+        self.except
+    }
 
     #[inline(always)]
     fn offer(&mut self, _: f32, face: Face, _: [f32; 2]) {

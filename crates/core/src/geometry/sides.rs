@@ -2,12 +2,12 @@
 //!
 //! Nothing is beyond them, so that they stand between no two points of the box, and a ray from inside
 //! comes to them last, to those where it leaves the box. So they are in no tree: segments within the box
-//! never ask for them, and other rays after all else, and only for those where they cross the box.
+//! ask for none but the one in which they end, and other rays after all else, and only for those where
+//! they cross the box.
 
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::search::Search;
 use super::{Primitive, Primitives};
 use crate::accel::bvh::Ordered;
 use crate::math::{Aabb, Ray};
@@ -16,8 +16,8 @@ use crate::shape::TriangleRuns;
 /// Number of sides that a box has: two to an axis, the lower first.
 pub(super) const SIDES: usize = 6;
 
-/// Rounding of the end of a segment, o + t·d, in units of the largest coordinate.
-const END: f32 = 4.0 * f32::EPSILON;
+/// Names no primitive.
+const NO_ONE: u32 = 1 << 31;
 
 /// How far a ray passes by a side, or ends before it, if no test accepts that, in units of the largest
 /// distance along an axis from its origin to a corner of the box: twice what tests round and emitters
@@ -30,9 +30,9 @@ pub(super) struct Sides {
     pub runs: TriangleRuns,
     /// Where the faces of each side begin and how many there are: no more than make a run.
     pub parts: [(u32, u32); SIDES],
+    /// The primitive that a side is, if it is one, as a wall that is a quad.
+    only: [u32; SIDES],
     bounds: Aabb,
-    /// A segment from inside that ends no farther outside stays inside.
-    end: f32,
 }
 
 /// In which side of a box a primitive lies.
@@ -60,11 +60,16 @@ impl Sides {
         };
         let mut faces: Vec<_> = faces.filter_map(side).collect();
         faces.sort_unstable();
-        let mut parts = [(0, 0); SIDES];
+        let (mut parts, mut only) = ([(0, 0); SIDES], [NO_ONE; SIDES]);
         let mut order = vec![];
         let sides = faces.chunk_by(|a, b| a.0 == b.0);
         for side in sides.filter(|side| side.len() <= TriangleRuns::MAX) {
             parts[side[0].0] = (order.len() as u32, side.len() as u32);
+            let mut ids = side.iter().map(|(_, face)| primitives.face(*face).1.id());
+            let first = ids.next().unwrap_or(NO_ONE);
+            if ids.all(|id| id == first) {
+                only[side[0].0] = first;
+            }
             order.extend(
                 (0..)
                     .zip(side)
@@ -82,8 +87,8 @@ impl Sides {
         Self {
             runs,
             parts,
+            only,
             bounds,
-            end: END * bounds.min.abs().max(bounds.max.abs()).max_element(),
         }
     }
 
@@ -98,15 +103,14 @@ impl Sides {
             && side_of(&self.bounds, primitive).is_some_and(|side| self.parts[side].1 > 0)
     }
 
-    /// In which sides a search that has got to `t_max` may find something. Without a branch, so that a
-    /// loop over many rays is SIMD code.
+    /// In which sides a ray that goes up to `t_max` may find something but the primitive `except`. Without a
+    /// branch, so that a loop over many rays is SIMD code.
     #[inline(always)]
-    pub fn matter<S: Search>(&self, ray: &Ray, t_max: f32) -> [bool; SIDES] {
+    pub fn matter(&self, ray: &Ray, t_max: f32, except: u32) -> [bool; SIDES] {
         let (origin, dir) = (ray.origin.to_array(), ray.dir.to_array());
         let (min, max) = (self.bounds.min.to_array(), self.bounds.max.to_array());
-        let (mut reach, mut is_inside) = (0.0, true);
+        let mut reach = 0.0;
         for axis in 0..3 {
-            is_inside &= (min[axis] <= origin[axis]) & (origin[axis] <= max[axis]);
             for to in [
                 (min[axis] - origin[axis]).abs(),
                 (max[axis] - origin[axis]).abs(),
@@ -115,8 +119,6 @@ impl Sides {
             }
         }
         let clear = CLEAR * reach;
-        let stays = S::ENDS_INSIDE & is_inside;
-        let short = if stays { -self.end } else { clear };
         let mut matter = [false; SIDES];
         for (side, matters) in matter.iter_mut().enumerate() {
             let axis = side / 2;
@@ -124,7 +126,7 @@ impl Sides {
             let (o, d) = (origin[axis], dir[axis]);
             let t = (at - o) / d;
             let beyond = (o + t_max * d - at) * if d < 0.0 { -1.0 } else { 1.0 };
-            let mut is_met = (t > 0.0) & (beyond >= -short);
+            let mut is_met = (t > 0.0) & (beyond >= -clear) & (self.only[side] != except);
             for other in [(axis + 1) % 3, (axis + 2) % 3] {
                 let p = origin[other] + t * dir[other];
                 is_met &= (min[other] - clear <= p) & (p <= max[other] + clear);

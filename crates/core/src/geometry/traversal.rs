@@ -36,8 +36,6 @@ impl<S: Search> Search for Counted<S> {
 
     const LIMIT: f32 = S::LIMIT;
 
-    const ENDS_INSIDE: bool = S::ENDS_INSIDE;
-
     #[inline(always)]
     fn offer(&mut self, t: f32, face: Face, b: [f32; 2]) {
         self.search.offer(t, face, b);
@@ -56,7 +54,7 @@ impl<S: Search> Search for Counted<S> {
 
 impl Geometry {
     /// What it takes to find what [`Geometry::intersect`] finds.
-    pub(crate) fn traversal(&self, ray: &Ray, is_emitter: impl Fn(u32) -> bool) -> Traversal {
+    pub fn traversal(&self, ray: &Ray, is_emitter: impl Fn(u32) -> bool) -> Traversal {
         let search = Nearest {
             is_emitter,
             t_max: reach(ray),

@@ -59,12 +59,12 @@ pub(super) fn cast_at_sides<L: Lanes, S: Search>(
     let some = || (0..SIDES).filter(|side| sides.parts[*side].1 > 0);
     for (k, (searches, rays)) in searches.chunks(GROUP).zip(rays.iter()).enumerate() {
         // Nothing matters to those that there are not.
-        let mut t_max = [-1.0; GROUP];
-        for (t_max, search) in t_max.iter_mut().zip(searches) {
-            *t_max = search.t_max();
+        let (mut t_max, mut except) = ([f32::NEG_INFINITY; GROUP], [0; GROUP]);
+        for (i, search) in searches.iter().enumerate() {
+            (t_max[i], except[i]) = (search.t_max(), search.except());
         }
         for i in 0..GROUP {
-            let [a, b, c, d, e, f] = sides.matter::<S>(&rays.get(i), t_max[i]);
+            let [a, b, c, d, e, f] = sides.matter(&rays.get(i), t_max[i], except[i]);
             let number = |matters| if matters { t_max[i] } else { 0.0 };
             (matter[0][i], matter[1][i], matter[2][i]) = (number(a), number(b), number(c));
             (matter[3][i], matter[4][i], matter[5][i]) = (number(d), number(e), number(f));
