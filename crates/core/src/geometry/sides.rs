@@ -13,6 +13,9 @@ use crate::accel::bvh::Ordered;
 use crate::math::{Aabb, Ray};
 use crate::shape::TriangleRuns;
 
+#[cfg(test)]
+mod test;
+
 /// Number of sides that a box has: two to an axis, the lower first.
 pub(super) const SIDES: usize = 6;
 

@@ -197,12 +197,7 @@ fn cast_batch<L: Lanes, S: Search>(
         pairs,
         ..
     } = scratch;
-    let mut batch = Batch {
-        faces: runs,
-        flights: flights.as_flattened_mut(),
-        searches,
-        pairs,
-    };
+    let mut batch = Batch::new(runs, flights, searches, pairs);
     for octant in 0..OCTANTS {
         tree.walk_stream::<L>((octant, step), sorted.items(octant), lists, &mut batch);
     }
@@ -276,7 +271,23 @@ impl Default for Scratch {
     }
 }
 
-impl<S: Search, F: Faces> Batch<'_, S, F> {
+impl<'a, S: Search, F: Faces> Batch<'a, S, F> {
+    #[inline(always)]
+    fn new(
+        faces: &'a F,
+        flights: &'a mut [[Flight; GROUP]],
+        searches: &'a mut [S],
+        pairs: &'a mut Pairs,
+    ) -> Self {
+        let flights = flights.as_flattened_mut();
+        Self {
+            faces,
+            flights,
+            searches,
+            pairs,
+        }
+    }
+
     /// Tests all pairs that wait.
     #[inline(always)]
     fn settle(&mut self) {

@@ -5,7 +5,6 @@
 mod boxes;
 mod build;
 mod node;
-
 mod part;
 mod partition;
 mod slopes;

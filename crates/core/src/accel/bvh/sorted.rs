@@ -4,7 +4,7 @@ use super::node::WIDTH;
 use super::slopes::OCTANTS;
 use crate::simd::Lanes;
 
-/// Items in lists, one for each octant.
+/// Items in as many lists as there are octants.
 #[derive(Default)]
 pub(crate) struct Sorted {
     items: [Vec<u16>; OCTANTS],
@@ -23,7 +23,7 @@ impl Sorted {
         &self.items[list][..self.counts[list]]
     }
 
-    /// Puts those of eight items in a row, from `first` on, into a list that have a bit in a mask.
+    /// Of eight items in a row, from `first` on, puts those into a list that have a bit in a mask.
     #[inline(always)]
     pub fn put<L: Lanes>(&mut self, list: usize, first: usize, mask: u32) {
         if mask == 0 {
@@ -40,8 +40,8 @@ impl Sorted {
         *count += mask.count_ones() as usize;
     }
 
-    /// Puts eight items in a row, from `first` on, into the lists of their octants. Given are the numbers of their
-    /// [`Along`](super::Along), each for all; where `is_met` is 0, an item is left out.
+    /// Puts eight items in a row, from `first` on, into the lists of their octants. Given are the
+    /// numbers of their [`Along`](super::Along), each for all; where `is_met` is 0, an item is left out.
     #[inline(always)]
     pub fn by_octant<L: Lanes>(
         &mut self,

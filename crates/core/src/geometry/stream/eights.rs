@@ -46,12 +46,7 @@ pub(super) fn cast<L: Lanes, S: Search>(
         pairs,
         ..
     } = scratch;
-    let mut batch = Batch {
-        faces: geometry.primitives(),
-        flights: flights.as_flattened_mut(),
-        searches,
-        pairs,
-    };
+    let mut batch = Batch::new(geometry.primitives(), flights, searches, pairs);
     let mut stack = Stack::new();
     for octant in 0..OCTANTS {
         for chunk in sorted.items(octant).chunks(8) {

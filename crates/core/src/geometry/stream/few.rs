@@ -24,12 +24,7 @@ pub(super) fn sweep<L: Lanes, S: Search>(
         pairs,
         ..
     } = scratch;
-    let mut batch = Batch {
-        faces: runs,
-        flights: flights.as_flattened_mut(),
-        searches,
-        pairs,
-    };
+    let mut batch = Batch::new(runs, flights, searches, pairs);
     for octant in 0..OCTANTS {
         for (first, count) in sweep.runs() {
             for place in 0..count {
@@ -47,6 +42,7 @@ pub(super) fn cast_at_sides<L: Lanes, S: Search>(
     searches: &mut [S],
     scratch: &mut Scratch,
 ) {
+    // Six columns, one for each side: not 0 where it matters to a ray.
     let Scratch {
         columns: [matter, _],
         rays,
@@ -58,7 +54,7 @@ pub(super) fn cast_at_sides<L: Lanes, S: Search>(
     sorted.clear();
     let some = || (0..SIDES).filter(|side| sides.parts[*side].1 > 0);
     for (k, (searches, rays)) in searches.chunks(GROUP).zip(rays.iter()).enumerate() {
-        // Nothing matters to those that there are not.
+        // Nothing matters to those that there are not, or that have found what they were cast for.
         let (mut t_max, mut except) = ([f32::NEG_INFINITY; GROUP], [0; GROUP]);
         for (i, search) in searches.iter().enumerate() {
             (t_max[i], except[i]) = (search.t_max(), search.except());
@@ -76,12 +72,7 @@ pub(super) fn cast_at_sides<L: Lanes, S: Search>(
             }
         }
     }
-    let mut batch = Batch {
-        faces: &sides.runs,
-        flights: flights.as_flattened_mut(),
-        searches,
-        pairs,
-    };
+    let mut batch = Batch::new(&sides.runs, flights, searches, pairs);
     for side in some() {
         let (first, count) = sides.parts[side];
         for place in 0..count {
