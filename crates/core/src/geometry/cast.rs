@@ -16,9 +16,12 @@ use crate::settings::AccelKind;
 use crate::shape::{Place, ShearedRay, TriangleRuns};
 use crate::simd::{Kernel, Lanes, Portable, Task};
 
-/// Below this many triangles, testing them all beats walking a tree (measured:
+/// Below this many triangles that are no sides, testing them all beats walking a tree (measured:
 /// docs/ray-casting.md).
-const SWEEP_BELOW: usize = 17;
+const TRIANGLES_BELOW: usize = 4;
+
+/// Below this many spheres, testing them all takes no longer.
+const SPHERES_BELOW: usize = 17;
 
 /// Primitives with their accelerator: what rays are cast at. Frozen.
 #[derive(Debug)]
@@ -64,9 +67,10 @@ impl Primitives {
 impl Geometry {
     /// What is built if `accel` is asked for: never [`AccelKind::Auto`].
     fn choice(primitives: &Primitives, sides: &Sides, accel: AccelKind) -> AccelKind {
-        let count = primitives.faces() - sides.count() + primitives.spheres.len();
+        let are_few = primitives.faces() - sides.count() < TRIANGLES_BELOW
+            && primitives.spheres.len() < SPHERES_BELOW;
         match accel {
-            AccelKind::Auto if count < SWEEP_BELOW => AccelKind::Brute,
+            AccelKind::Auto if are_few => AccelKind::Brute,
             AccelKind::Auto => AccelKind::Bvh,
             accel => accel,
         }
@@ -128,7 +132,7 @@ impl Geometry {
                     primitives.triangles.lay_out(&primitives.quads, order);
                 }
                 let first = primitives.first_sphere();
-                let spheres = (primitives.spheres.len() >= SWEEP_BELOW).then(|| {
+                let spheres = (primitives.spheres.len() >= SPHERES_BELOW).then(|| {
                     let bounds = |i| primitives.bounds(first + i);
                     let built =
                         Bvh::build_watched(primitives.spheres.len(), bounds, kernel, progress);
