@@ -102,13 +102,17 @@ impl Geometry {
         kernel: Kernel,
         progress: &Progress<'_>,
     ) -> Self {
-        let bounds = (0..primitives.len() as u32)
-            .into_par_iter()
-            .map(|id| primitives.bounds(id))
-            // NaN would swallow what there was before.
-            .filter(|bounds| !bounds.is_empty())
-            .reduce(|| Aabb::EMPTY, Aabb::union);
-        let sides = Sides::of(&primitives, bounds);
+        let around = |ids: std::ops::Range<u32>| {
+            ids.into_par_iter()
+                .map(|id| primitives.bounds(id))
+                // NaN would swallow what there was before.
+                .filter(|bounds| !bounds.is_empty())
+                .reduce(|| Aabb::EMPTY, Aabb::union)
+        };
+        let first_sphere = primitives.first_sphere();
+        let faces = around(0..first_sphere);
+        let bounds = faces.union(around(first_sphere..primitives.len() as u32));
+        let sides = Sides::of(&primitives, faces);
         let is_side = |id| sides.have(&primitives.get(id));
         let accel = match Self::choice(&primitives, &sides, accel) {
             AccelKind::Brute => Accel::Brute(Sweep::of(&mut primitives, &sides)),

@@ -1,9 +1,9 @@
-//! The sides of a room: faces that lie in the box around everything.
+//! The sides of a room: faces that lie in the box around all triangles and quads.
 //!
-//! Nothing is beyond them, so that they stand between no two points of the box, and a ray from inside
-//! comes to them last, to those where it leaves the box. So they are in no tree: segments within the box
-//! ask for none but the one in which they end, and other rays after all else, and only for those where
-//! they cross the box.
+//! They stand between no two points of the box, and a ray from inside comes to no face after the one by
+//! which it leaves the box. So they are in no tree: segments within the box ask for none but the one in
+//! which they end, and other rays after all else, and only for those where they cross the box. Spheres do
+//! not count: where one stands on the floor, its box goes a rounding below.
 
 use glam::Vec3;
 use rayon::prelude::*;
@@ -54,7 +54,8 @@ fn side_of(bounds: &Aabb, primitive: &Primitive) -> Option<usize> {
 }
 
 impl Sides {
-    /// The sides of what lies in `bounds`, but for those with more faces than make a run.
+    /// The faces in the sides of `bounds`, which is around all of them, but for sides with more faces than
+    /// make a run.
     pub fn of(primitives: &Primitives, bounds: Aabb) -> Self {
         let faces = (0..primitives.faces() as u32).into_par_iter();
         let side = |i| {

@@ -60,7 +60,8 @@ fn room(is_open: bool, rng: &mut Rng) -> Primitives {
     primitives
         .triangles
         .extend(soup.iter().map(|t| t.map(|v| 0.6 * v)));
-    let (center, radius) = (Vec3::new(-0.6, 0.1, 0.0), 0.5);
+    // It stands on the floor and through a wall.
+    let (center, radius) = (Vec3::new(-0.6, 0.1, 0.0), 0.8);
     primitives.spheres.push(Sphere { center, radius });
     primitives
 }
