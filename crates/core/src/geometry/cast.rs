@@ -113,11 +113,10 @@ impl Geometry {
         let faces = around(0..first_sphere);
         let bounds = faces.union(around(first_sphere..primitives.len() as u32));
         let sides = Sides::of(&primitives, faces);
-        let is_side = |id| sides.have(&primitives.get(id));
         let accel = match Self::choice(&primitives, &sides, accel) {
             AccelKind::Brute => Accel::Brute(Sweep::of(&mut primitives, &sides)),
             AccelKind::KdTree => {
-                let bounds = |id| match is_side(id) {
+                let bounds = |id| match sides.have(id) {
                     true => Aabb::EMPTY,
                     false => primitives.bounds(id),
                 };
@@ -127,7 +126,7 @@ impl Geometry {
             }
             AccelKind::Auto | AccelKind::Bvh => {
                 let bounds = |i| match primitives.face(i) {
-                    (_, face) if is_side(face.id()) => Aabb::EMPTY,
+                    (_, face) if sides.have(face.id()) => Aabb::EMPTY,
                     (triangle, _) => Aabb::of_points(triangle),
                 };
                 let count = primitives.faces();

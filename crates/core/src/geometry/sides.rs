@@ -33,6 +33,8 @@ pub(super) struct Sides {
     pub runs: TriangleRuns,
     /// Where the faces of each side begin and how many there are: no more than make a run.
     pub parts: [(u32, u32); SIDES],
+    /// The primitives that they are of, in order.
+    ids: Vec<u32>,
     /// The primitive that a side is, if it is one, as a wall that is a quad.
     only: [u32; SIDES],
     bounds: Aabb,
@@ -54,32 +56,39 @@ fn side_of(bounds: &Aabb, primitive: &Primitive) -> Option<usize> {
 }
 
 impl Sides {
-    /// The faces in the sides of `bounds`, which is around all of them, but for sides with more faces than
-    /// make a run.
+    /// The faces in the sides of `bounds`, which is around all of them; where a side has more than make a run,
+    /// those that are an eighth of it or more.
     pub fn of(primitives: &Primitives, bounds: Aabb) -> Self {
         let faces = (0..primitives.faces() as u32).into_par_iter();
         let side = |i| {
             let primitive = primitives.get(primitives.face(i).1.id());
             Some((side_of(&bounds, &primitive)?, i))
         };
-        let mut faces: Vec<_> = faces.filter_map(side).collect();
-        faces.sort_unstable();
+        let faces: Vec<(usize, u32)> = faces.filter_map(side).collect();
         let (mut parts, mut only) = ([(0, 0); SIDES], [NO_ONE; SIDES]);
-        let mut order = vec![];
-        let sides = faces.chunk_by(|a, b| a.0 == b.0);
-        for side in sides.filter(|side| side.len() <= TriangleRuns::MAX) {
-            parts[side[0].0] = (order.len() as u32, side.len() as u32);
-            let mut ids = side.iter().map(|(_, face)| primitives.face(*face).1.id());
-            let first = ids.next().unwrap_or(NO_ONE);
-            if ids.all(|id| id == first) {
-                only[side[0].0] = first;
+        let (mut order, mut ids) = (vec![], vec![]);
+        for side in 0..SIDES {
+            let id = |face: &u32| primitives.face(*face).1.id();
+            let faces = faces.iter().filter(|(s, _)| *s == side);
+            let mut faces: Vec<u32> = faces.map(|(_, face)| *face).collect();
+            if faces.len() > TriangleRuns::MAX {
+                let size = bounds.extent();
+                let area = size[(side / 2 + 1) % 3] * size[(side / 2 + 2) % 3];
+                faces.retain(|face| primitives.area(id(face)) >= area / TriangleRuns::MAX as f32);
             }
-            order.extend(
-                (0..)
-                    .zip(side)
-                    .map(|(i, (_, face))| Ordered::new(*face, i == 0)),
-            );
+            if faces.is_empty() || faces.len() > TriangleRuns::MAX {
+                continue;
+            }
+            parts[side] = (order.len() as u32, faces.len() as u32);
+            let first = id(&faces[0]);
+            if faces.iter().all(|face| id(face) == first) {
+                only[side] = first;
+            }
+            ids.extend(faces.iter().map(id));
+            let runs = (0..).zip(&faces);
+            order.extend(runs.map(|(i, face)| Ordered::new(*face, i == 0)));
         }
+        ids.sort_unstable();
         let runs = TriangleRuns::new(
             &order,
             |i| i.begins(),
@@ -91,6 +100,7 @@ impl Sides {
         Self {
             runs,
             parts,
+            ids,
             only,
             bounds,
         }
@@ -102,9 +112,8 @@ impl Sides {
     }
 
     /// Whether a primitive is one of them.
-    pub fn have(&self, primitive: &Primitive) -> bool {
-        self.count() > 0
-            && side_of(&self.bounds, primitive).is_some_and(|side| self.parts[side].1 > 0)
+    pub fn have(&self, id: u32) -> bool {
+        self.ids.binary_search(&id).is_ok()
     }
 
     /// In which sides a ray that goes up to `t_max` may find something but the primitive `except`. Without a

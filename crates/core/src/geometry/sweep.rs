@@ -28,7 +28,7 @@ impl Sweep {
     /// Lays out all faces, those that are no sides first.
     pub fn of(primitives: &mut Primitives, sides: &Sides) -> Self {
         let faces = 0..primitives.faces() as u32;
-        let is_other = |i: &u32| !sides.have(&primitives.get(primitives.face(*i).1.id()));
+        let is_other = |i: &u32| !sides.have(primitives.face(*i).1.id());
         let others: Vec<_> = faces.filter(is_other).collect();
         let boxes = others
             .iter()

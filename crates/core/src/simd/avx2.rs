@@ -154,6 +154,12 @@ impl Lanes for Avx2 {
     }
 
     #[inline(always)]
+    fn swap_halves(self) -> Self {
+        // SAFETY: the machine has AVX; see the type.
+        Self(unsafe { _mm256_permute2f128_ps::<1>(self.0, self.0) })
+    }
+
+    #[inline(always)]
     fn transpose(rows: [&[f32; 8]; 8]) -> [Self; 8] {
         let [a, b, c, d, e, f, g, h] = rows;
         let (a, b, c, d) = (

@@ -191,6 +191,8 @@ pub(crate) trait Lanes: Copy {
     fn compress(from: u128, mask: usize, to: &mut [u16; 8]);
     /// Moves the lanes whose bit in a mask is set to the front. What follows them means nothing.
     fn front(self, mask: usize) -> Self;
+    /// The last four lanes, then the first.
+    fn swap_halves(self) -> Self;
     /// Eight rows as eight columns.
     fn transpose(rows: [&[f32; 8]; 8]) -> [Self; 8];
     /// The coordinates of a point, in each lane rotated so that the axis whose number, as an
@@ -283,6 +285,8 @@ mod test {
                     "{mask}"
                 );
             }
+            let swapped = x.swap_halves().store();
+            assert_eq!(swapped, std::array::from_fn(|i| a[(i + 4) % 8]));
             let rows: [[f32; 8]; 8] =
                 std::array::from_fn(|i| std::array::from_fn(|j| (8 * i + j) as f32));
             let columns = L::transpose(rows.each_ref());

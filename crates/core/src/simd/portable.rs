@@ -127,6 +127,12 @@ impl Lanes for Portable {
     }
 
     #[inline(always)]
+    fn swap_halves(self) -> Self {
+        let [a, b, c, d, e, f, g, h] = self.0;
+        Self([e, f, g, h, a, b, c, d])
+    }
+
+    #[inline(always)]
     fn transpose(rows: [&[f32; 8]; 8]) -> [Self; 8] {
         let mut columns = [Self([0.0; 8]); 8];
         for (i, row) in rows.iter().enumerate() {

@@ -1,11 +1,11 @@
 //! Primitives as the builder of the tree moves them about: boxes with ids.
 
-use glam::{Vec4, Vec4Swizzles};
+use glam::Vec3;
 use rayon::prelude::*;
 
 use super::partition::{CHUNK, PARALLEL};
 use crate::math::Aabb;
-use crate::simd::{Kernel, Lanes, Task};
+use crate::simd::{Kernel, Lanes, Portable, Task};
 
 /// A box as its lower corner and its upper one negated, so that a union is one minimum. What is in
 /// the fourth and the last place means nothing.
@@ -21,29 +21,25 @@ impl Box8 {
         Self(L::load(&self.0).min(L::load(&other.0)).store())
     }
 
-    /// The lower corner, and the upper one negated.
-    #[inline(always)]
-    pub fn corners(&self) -> [Vec4; 2] {
-        let (lo, hi) = self.0.split_at(4);
-        [Vec4::from_slice(lo), Vec4::from_slice(hi)]
-    }
-
-    #[inline(always)]
     pub fn half_area(&self) -> f32 {
-        let [lo, hi] = self.corners();
-        // Of the extents negated.
-        let e = lo + hi;
-        let products = (e * e.yzxw()).to_array();
-        products[0] + products[1] + products[2]
+        half_area(Portable::load(&self.0))
     }
 
     pub fn aabb(&self) -> Aabb {
-        let [lo, hi] = self.corners();
+        let [x, y, z, _, a, b, c, _] = self.0;
         Aabb {
-            min: lo.xyz(),
-            max: -hi.xyz(),
+            min: Vec3::new(x, y, z),
+            max: -Vec3::new(a, b, c),
         }
     }
+}
+
+/// Half the area of a [`Box8`].
+#[inline(always)]
+pub(super) fn half_area<L: Lanes>(bounds: L) -> f32 {
+    // The extents negated.
+    let [x, y, z, ..] = bounds.add(bounds.swap_halves()).store();
+    x * y + y * z + z * x
 }
 
 /// A primitive's box and, in the fourth place, what [`Ordered`] holds.
@@ -76,15 +72,18 @@ impl Ordered {
 }
 
 impl Ref {
+    /// Makes the fourth place a number that arithmetic takes no notice of: denormal ones are slow.
+    const NORMAL: u32 = 1 << 30;
+
     pub fn new(bounds: &Aabb, id: u32) -> Self {
         let (lo, hi) = (bounds.min, -bounds.max);
-        let id = f32::from_bits(id);
+        let id = f32::from_bits(id | Self::NORMAL);
         Self(Box8([lo.x, lo.y, lo.z, id, hi.x, hi.y, hi.z, 0.0]))
     }
 
     #[inline(always)]
     pub fn ordered(&self) -> Ordered {
-        Ordered(self.0.0[3].to_bits())
+        Ordered(self.0.0[3].to_bits() & !Self::NORMAL)
     }
 
     /// Makes a leaf begin with it.
@@ -99,18 +98,11 @@ impl Ref {
         !min.cmple(max).all()
     }
 
-    /// Twice the centre.
-    #[inline(always)]
-    pub fn center(&self) -> Vec4 {
-        let [lo, hi] = self.0.corners();
-        lo - hi
-    }
-
     /// Twice the centre, as a box.
     #[inline(always)]
-    pub fn center_box(&self) -> Box8 {
-        let ([x, y, z, w], [a, b, c, d]) = (self.center().to_array(), (-self.center()).to_array());
-        Box8([x, y, z, w, a, b, c, d])
+    pub fn center<L: Lanes>(&self) -> L {
+        let corners = L::load(&self.0.0);
+        corners.sub(corners.swap_halves())
     }
 
     /// Boxes around all of them and around their centres.
@@ -150,10 +142,10 @@ impl Task for Bounds<'_> {
 
     #[inline(always)]
     fn run<L: Lanes>(self) -> [Box8; 2] {
-        let mut all = [Box8::EMPTY; 2];
+        let mut all = [L::splat(f32::INFINITY); 2];
         for r in self.0 {
-            all = [all[0].union::<L>(&r.0), all[1].union::<L>(&r.center_box())];
+            all = [all[0].min(L::load(&r.0.0)), all[1].min(r.center())];
         }
-        all
+        all.map(|b| Box8(b.store()))
     }
 }

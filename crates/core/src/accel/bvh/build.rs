@@ -3,6 +3,8 @@
 //!
 //! The tree is a function of the boxes alone, whichever threads do what.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use glam::Vec3;
 use rayon::prelude::*;
 
@@ -53,11 +55,18 @@ impl Bvh {
             count < MAX_PRIMITIVES,
             "bvh: {count} primitives are too many"
         );
+        let some_are_empty = AtomicBool::new(false);
         let mut refs: Vec<Ref> = (0..count as u32)
             .into_par_iter()
-            .map(|id| Ref::new(&bounds(id), id))
+            .map(|id| {
+                let r = Ref::new(&bounds(id), id);
+                if r.is_empty() {
+                    some_are_empty.store(true, Ordering::Relaxed);
+                }
+                r
+            })
             .collect();
-        if refs.par_iter().any(Ref::is_empty) {
+        if some_are_empty.into_inner() {
             refs.retain(|r| !r.is_empty());
         }
         let task = Task::new(refs.len(), SERIAL);

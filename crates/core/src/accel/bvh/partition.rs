@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::boxes::{Box8, Ref, Union};
+use super::split::Grid;
 use crate::simd::{Kernel, Lanes, Task};
 
 /// So many primitives are divided by several threads, …
@@ -16,9 +17,8 @@ pub(super) const CHUNK: usize = PARALLEL / 4;
 pub(super) enum By {
     /// Bins from a certain one on are above.
     Plane {
+        grid: Grid,
         axis: usize,
-        origin: f32,
-        per_unit: f32,
         bins: usize,
         above: usize,
     },
@@ -72,24 +72,23 @@ impl Task for Partition<'_> {
                 // Nobody asks so few for their centres.
             }
             By::Plane {
+                grid,
                 axis,
-                origin,
-                per_unit,
                 bins,
                 above,
             } => {
                 // Without a branch, which no one could foresee: infinity is no minimum.
                 let [mut low, mut high] = centers.map(|b| L::load(&b.0));
                 for i in 0..refs.len() {
-                    let r = refs[i];
-                    let at = (r.0.0[axis] - r.0.0[axis + 4] - origin) * per_unit + TO_WHOLE;
-                    let is_below = bin_at(at, bins) < above;
+                    let center = refs[i].center::<L>();
+                    let is_below = bin_at(grid.place(center)[axis & 7], bins) < above;
                     let [to_low, to_high] =
                         [[f32::INFINITY, 0.0], [0.0, f32::INFINITY]][usize::from(is_below)];
-                    let center = L::load(&r.center_box().0);
                     low = low.min(center.add(L::splat(to_low)));
                     high = high.min(center.add(L::splat(to_high)));
-                    refs.swap(count, i);
+                    let (this, first) = (L::load(&refs[i].0.0), L::load(&refs[count].0.0));
+                    refs[count].0.0 = this.store();
+                    refs[i].0.0 = first.store();
                     count += usize::from(is_below);
                 }
                 centers = [Box8(low.store()), Box8(high.store())];

@@ -1,11 +1,11 @@
 //! Choosing how to divide primitives in two: the best of a few planes by the surface-area heuristic
 //! (Wald 2007, On fast construction of SAH-based bounding volume hierarchies).
 
-use glam::Vec4;
 use rayon::prelude::*;
 
-use super::boxes::{Box8, Ref};
+use super::boxes::{Box8, Ref, half_area};
 use super::partition::{By, CHUNK, PARALLEL, TO_WHOLE, bin_at};
+use crate::math::Aabb;
 use crate::simd::{Kernel, Lanes, Task};
 
 /// What a leaf costs, up to a factor: its visit, and the test of each primitive.
@@ -28,45 +28,55 @@ pub(super) struct Split {
 
 /// Bins over the box of the centres.
 #[derive(Clone, Copy, Debug)]
-struct Grid {
-    origin: Vec4,
-    bins_per_unit: Vec4,
+pub(super) struct Grid {
+    origin: [f32; 8],
+    bins_per_unit: [f32; 8],
 }
 
-/// What is in a bin. Its size is a power of two, for its place in a table to be found by a shift.
+/// What is in the bins along an axis.
 #[derive(Clone, Copy)]
-#[repr(align(64))]
-struct Bin {
-    bounds: Box8,
-    count: u32,
+struct Row<const BINS: usize> {
+    bounds: [Box8; BINS],
+    counts: [u32; BINS],
 }
 
-impl Bin {
+impl<const BINS: usize> Row<BINS> {
     const EMPTY: Self = Self {
-        bounds: Box8::EMPTY,
-        count: 0,
+        bounds: [Box8::EMPTY; BINS],
+        counts: [0; BINS],
     };
-
-    #[inline(always)]
-    fn join<L: Lanes>(&mut self, other: &Self) {
-        self.bounds = self.bounds.union::<L>(&other.bounds);
-        self.count += other.count;
-    }
 }
 
 /// The bins of all axes.
-type Table<const BINS: usize> = [[Bin; BINS]; 3];
+type Table<const BINS: usize> = [Row<BINS>; 3];
 
 impl Grid {
     fn new(centers: &Box8, bins: usize) -> Self {
         // The first and the last are half as wide: walls are met there.
         let per_unit = |e: f32| if e > 0.0 { (bins - 1) as f32 / e } else { 0.0 };
-        let [lo, hi] = centers.corners();
-        let e = -(lo + hi);
+        let Aabb { min: lo, max } = centers.aabb();
+        let e = max - lo;
         Self {
-            origin: lo,
-            bins_per_unit: Vec4::new(per_unit(e.x), per_unit(e.y), per_unit(e.z), 0.0),
+            origin: [lo.x, lo.y, lo.z, 0.0, 0.0, 0.0, 0.0, 0.0],
+            bins_per_unit: [
+                per_unit(e.x),
+                per_unit(e.y),
+                per_unit(e.z),
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+                0.0,
+            ],
         }
+    }
+
+    /// For each axis, what [`bin_at`] takes, of a centre as [`Ref::center`] gives it.
+    #[inline(always)]
+    pub fn place<L: Lanes>(&self, center: L) -> [f32; 8] {
+        let from_origin = center.sub(L::load(&self.origin));
+        let bins = from_origin.mul(L::load(&self.bins_per_unit));
+        bins.add(L::splat(TO_WHOLE)).store()
     }
 }
 
@@ -80,11 +90,11 @@ impl<const BINS: usize> Task for Fill<'_, BINS> {
     fn run<L: Lanes>(self) {
         let Self(grid, refs, table) = self;
         for r in refs {
-            let at = (r.center() - grid.origin) * grid.bins_per_unit + Vec4::splat(TO_WHOLE);
-            for (row, at) in table.iter_mut().zip([at.x, at.y, at.z]) {
-                let bin = &mut row[bin_at(at, BINS)];
-                bin.bounds = bin.bounds.union::<L>(&r.0);
-                bin.count += 1;
+            let at = grid.place::<L>(r.center());
+            for (row, at) in table.iter_mut().zip(at) {
+                let bin = bin_at(at, BINS);
+                row.bounds[bin] = row.bounds[bin].union::<L>(&r.0);
+                row.counts[bin] += 1;
             }
         }
     }
@@ -122,57 +132,63 @@ impl Split {
         kernel: Kernel,
     ) -> Option<Self> {
         let grid = Grid::new(centers, BINS);
-        let mut table = [[Bin::EMPTY; BINS]; 3];
+        let mut table = [Row::<BINS>::EMPTY; 3];
         if refs.len() < PARALLEL {
             Fill(&grid, refs, &mut table).run::<L>();
         } else {
             let tables = refs.par_chunks(CHUNK).map(|refs| {
-                let mut table = [[Bin::EMPTY; BINS]; 3];
+                let mut table = [Row::<BINS>::EMPTY; 3];
                 kernel.run(Fill(&grid, refs, &mut table));
                 table
             });
             // Unions and sums do not depend on the order.
             for other in &tables.collect::<Vec<Table<BINS>>>() {
                 for (row, other) in table.iter_mut().zip(other) {
-                    for (to, from) in row.iter_mut().zip(other) {
-                        to.join::<L>(from);
+                    for bin in 0..BINS {
+                        row.bounds[bin] = row.bounds[bin].union::<L>(&other.bounds[bin]);
+                        row.counts[bin] += other.counts[bin];
                     }
                 }
             }
         }
-        let mut best: Option<(f32, usize, usize)> = None;
+        let mut best = (f32::INFINITY, 0, 0);
         for (axis, row) in table.iter().enumerate() {
-            // What is above each plane, from the last to the first: Σ area · primitives.
-            let mut above = [(0.0, 0); BINS];
-            let mut all = Bin::EMPTY;
+            // What is above each plane, from the last to the first: Σ area · primitives; no number if
+            // there is nothing.
+            let mut above = [0.0; BINS];
+            let (mut bounds, mut count) = (L::splat(f32::INFINITY), 0);
             for i in (1..BINS).rev() {
-                all.join::<L>(&row[i]);
-                above[i] = (all.bounds.half_area() * all.count as f32, all.count);
+                bounds = bounds.min(L::load(&row.bounds[i].0));
+                count += row.counts[i];
+                above[i] = half_area(bounds) * count as f32;
             }
-            let mut below = Bin::EMPTY;
+            (bounds, count) = (L::splat(f32::INFINITY), 0);
             for i in 1..BINS {
-                below.join::<L>(&row[i - 1]);
-                let cost = below.bounds.half_area() * below.count as f32 + above[i].0;
-                if below.count > 0 && above[i].1 > 0 && best.is_none_or(|(c, ..)| cost < c) {
-                    best = Some((cost, axis, i));
+                bounds = bounds.min(L::load(&row.bounds[i - 1].0));
+                count += row.counts[i - 1];
+                let cost = half_area(bounds) * count as f32 + above[i];
+                if cost < best.0 {
+                    best = (cost, axis, i);
                 }
             }
         }
-        let (_, axis, bin) = best?;
-        let mut sides = [Bin::EMPTY; 2];
-        for (i, from) in table[axis].iter().enumerate() {
-            sides[usize::from(i >= bin)].join::<L>(from);
+        let (cost, axis, bin) = best;
+        if cost == f32::INFINITY {
+            return None;
         }
+        let (below, above) = table[axis].bounds.split_at(bin);
+        let around = |bins: &[Box8]| bins.iter().fold(Box8::EMPTY, |a, b| a.union::<L>(b));
+        let (count, counts) = (refs.len() as u32, &table[axis].counts[..bin]);
+        let count_below: u32 = counts.iter().sum();
         Some(Self {
             by: By::Plane {
+                grid,
                 axis,
-                origin: grid.origin[axis],
-                per_unit: grid.bins_per_unit[axis],
                 bins: BINS,
                 above: bin,
             },
-            counts: sides.map(|side| side.count),
-            bounds: sides.map(|side| side.bounds),
+            counts: [count_below, count - count_below],
+            bounds: [around(below), around(above)],
         })
     }
 
@@ -186,7 +202,7 @@ impl Split {
         for set in 1..=all {
             let (first, others) = (set.trailing_zeros() as usize, set & (set - 1));
             boxes[set] = boxes[others].union::<L>(&refs[first].0);
-            areas[set] = boxes[set].half_area();
+            areas[set] = half_area(L::load(&boxes[set].0));
         }
         let cost = |set: usize| leaf_cost(areas[set], set.count_ones() as usize);
         let mut best = (f32::INFINITY, 1);

@@ -10,8 +10,8 @@ use crate::settings::AccelKind;
 use crate::shape::{Quad, Sphere};
 use crate::simd::Kernel;
 
-/// A room with something in it: walls of quads and triangles, one of many, a lamp in the ceiling's plane, one a little
-/// below, a block that stands on the floor, some triangles, a sphere. One wall is not
+/// A room with something in it: walls of quads and triangles, one of many, one with as many on it, a lamp in the ceiling's
+/// plane, one a little below, a block that stands on the floor, some triangles, a sphere. One wall is not
 /// there if `is_open`.
 fn room(is_open: bool, rng: &mut Rng) -> Primitives {
     let (lo, hi) = (Vec3::new(-1.3, -0.7, -1.1), Vec3::new(1.7, 1.9, 0.9));
@@ -44,6 +44,13 @@ fn room(is_open: bool, rng: &mut Rng) -> Primitives {
         } else {
             primitives.triangles.extend([[a, b, c], [a, c, d]]);
         }
+    }
+    for _ in 0..9 {
+        let [a, b, c] = [0; 3].map(|_| {
+            let [u, v] = [0; 2].map(|_| 0.5 + 0.3 * rng.cube().x);
+            Vec3::new(lo.x + u * (hi.x - lo.x), lo.y + v * (hi.y - lo.y), hi.z)
+        });
+        primitives.triangles.push([a, b, c]);
     }
     let mut lamp = |depth: f32| {
         let (low, high) = (Vec3::new(-0.2, 0.0, -0.3), Vec3::new(0.4, 1.9 - depth, 0.2));
