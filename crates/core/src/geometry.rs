@@ -139,14 +139,7 @@ impl SurfacePoint {
     /// surface, so that nothing but what truly stands between can shade.
     #[inline(always)]
     pub(crate) fn ray_to(&self, other: &Self, toward: Vec3) -> Ray {
-        let origin = self.leave(toward);
-        let way = other.leave(-toward) - origin;
-        let distance = way.length();
-        Ray {
-            origin,
-            dir: way / distance,
-            t_max: distance,
-        }
+        Ray::segment(self.leave(toward), other.leave(-toward))
     }
 
     /// The point of a triangle with barycentric coordinates (1−b1−b2, b1, b2).

@@ -17,7 +17,7 @@
 use glam::Vec3;
 
 use super::Transport;
-use crate::geometry::{SurfacePoint, SurfacePoints};
+use crate::geometry::SurfacePoint;
 use crate::math::{Ray, Vectors};
 use crate::planted::{self, Bug};
 use crate::simd::{Lanes, Task};
@@ -335,14 +335,18 @@ impl Task for Connect<'_> {
     #[inline(always)]
     fn run<L: Lanes>(self) {
         let Self { reuse, group } = self;
-        let (mut points, mut normals) = (SurfacePoints::default(), Vectors::default());
-        let (mut origins, mut dirs) = (Vectors::default(), Vectors::default());
-        let (mut shares, mut distances) = ([0.0; MOST], [0.0; MOST]);
+        let (mut points, mut normals) = (Vectors::default(), Vectors::default());
+        let (mut origins, mut errors) = (Vectors::default(), [0.0; MOST]);
+        let (mut dirs, mut distances) = (Vectors::default(), [0.0; MOST]);
+        let mut shares = [0.0; MOST];
         let (mut own, mut bounces) = ([usize::MAX; MOST], [u32::MAX; MOST]);
         let mut count = 0;
         for i in reuse.members(group.clone()) {
-            points.set(count, &reuse.joints[i].first.point);
-            normals.set(count, reuse.joints[i].first.n);
+            let Surface { point, n } = reuse.joints[i].first;
+            points.set(count, point.p);
+            normals.set(count, n);
+            origins.set(count, point.leave(n));
+            errors[count] = error(&point);
             (own[count], bounces[count]) = (i, reuse.joints[i].bounce);
             count += 1;
         }
@@ -357,13 +361,15 @@ impl Task for Connect<'_> {
                 prim,
             } = reuse.joints[j];
             let unit = (second.point.p - first.point.p).length_squared();
+            // Whoever sees it sees it from there, and it him.
+            let end = second.point.leave(second.n);
             for lane in 0..MOST {
-                let (from, n) = (points.get(lane), normals.get(lane));
-                let d = second.point.p - from.p;
+                let n = normals.get(lane);
+                let d = second.point.p - points.get(lane);
                 let square = d.length_squared();
                 let toward = d / square.sqrt();
                 // Rounding must not have what lies in one plane see itself.
-                let least = GRAZING * square.sqrt() + error(&from) + error(&second.point);
+                let least = GRAZING * square.sqrt() + errors[lane] + error(&second.point);
                 let heights = n.dot(d).min(-second.n.dot(d));
                 let at_second = if planted::has(Bug::ReusedCosineDropped) {
                     1.0
@@ -373,8 +379,7 @@ impl Task for Connect<'_> {
                 let share = n.dot(toward) * at_second * (unit / square);
                 let sees = (heights > least) & (share > 0.0) & (bounces[lane] == bounce);
                 shares[lane] = if sees { share.min(MOST_SHARE) } else { 0.0 };
-                let ray = from.ray_to(&second.point, toward);
-                origins.set(lane, ray.origin);
+                let ray = Ray::segment(origins.get(lane), end);
                 dirs.set(lane, ray.dir);
                 distances[lane] = ray.t_max;
             }
