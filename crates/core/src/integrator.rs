@@ -74,8 +74,16 @@ struct Path {
     direction_pdf: f32,
     /// Where its radiance is added up.
     index: u32,
-    /// Whether it goes by way of mirror and glass only (`vertices::anchors`).
+    /// Whether a guide has sent it (`vertices::anchors`), and it has met nothing but mirror and glass since.
     is_probe: bool,
+}
+
+impl Path {
+    /// Whether it was sent to meet mirror or glass, and what it meets first is that or nothing.
+    #[inline(always)]
+    fn is_blind(&self) -> bool {
+        self.is_probe && !is_only(self.direction_pdf)
+    }
 }
 
 /// A ray to a point on a light, and what arrives if nothing stands between.
@@ -361,11 +369,9 @@ impl Wave {
             }
             let arriving = &self.rays[first..];
             let caustics = &mut self.caustics;
-            if had_anchors {
-                vertices.weigh_against_probes(transport, bounce, arriving, caustics);
-            }
             vertices.scatter(transport, bounce, was_detour);
             if had_anchors {
+                vertices.weigh_against_probes(transport, bounce, arriving, caustics);
                 vertices.share_from_anchors(bounce, arriving, caustics);
             } else if bounce == 0 && caustics.are_traced() {
                 vertices.share_with_light_paths(transport, caustics);
@@ -386,16 +392,19 @@ impl Wave {
         }
         self.paths.truncate(kept);
         self.rays.truncate(kept);
-        for (path, ray) in self.caustics.waiting.drain(..) {
-            self.paths.push(path);
-            self.rays.push(ray);
-        }
         if self.caustics.are_traced() {
             let count = self.caustics.count();
             self.radiance.resize(count, Vec3::ZERO);
             if self.reuse.is_on() {
                 self.reuse.extend(count);
             }
+        }
+        for (path, ray) in self.caustics.waiting.drain(..) {
+            if path.is_probe && self.reuse.is_on() {
+                self.reuse.stays(path.index, bounce);
+            }
+            self.paths.push(path);
+            self.rays.push(ray);
         }
     }
 }

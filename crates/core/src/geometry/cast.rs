@@ -59,7 +59,7 @@ impl Primitives {
     }
 
     /// Id of the first sphere.
-    fn first_sphere(&self) -> u32 {
+    pub(super) fn first_sphere(&self) -> u32 {
         (self.triangles.len() + self.quads.len()) as u32
     }
 }
@@ -301,7 +301,13 @@ impl Geometry {
 
     /// The spheres' own tree; spheres are tested one by one, so the portable kernel will do.
     #[inline(never)]
-    fn walk_spheres(&self, tree: &Bvh, ids: &[u32], ray: &Ray, search: &mut impl Search) {
+    pub(super) fn walk_spheres(
+        &self,
+        tree: &Bvh,
+        ids: &[u32],
+        ray: &Ray,
+        search: &mut impl Search,
+    ) {
         tree.walk::<Portable>(
             ray,
             &mut SphereLeaves {

@@ -146,13 +146,15 @@ impl<S: Search> Task for CastMany<'_, S> {
                 Some(spheres.as_ref())
             }
         };
-        if let Some(tree) = spheres
-            && !geometry.primitives.spheres.is_empty()
-        {
-            for (i, search) in searches.iter_mut().enumerate() {
-                let ray = scratch.rays[i / GROUP].get(i % GROUP);
-                geometry.search_spheres(tree, &ray, search);
+        match spheres {
+            Some(Some((tree, ids))) => {
+                for (i, search) in searches.iter_mut().enumerate() {
+                    let ray = scratch.rays[i / GROUP].get(i % GROUP);
+                    geometry.walk_spheres(tree, ids, &ray, search);
+                }
             }
+            Some(None) => few::cast_at_spheres(&geometry.primitives, searches, &scratch.rays),
+            None => {}
         }
         if geometry.sides.count() > 0 {
             few::cast_at_sides::<L, S>(&geometry.sides, searches, scratch);

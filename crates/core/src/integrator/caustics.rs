@@ -24,17 +24,14 @@ pub(super) struct Anchor {
 }
 
 /// What the paths of a wave keep, if caustics are traced; empty if they are not. Their branches
-/// (`vertices::branches`) are numbered after all paths.
+/// (`vertices::branches`, and the probes of `vertices::anchors`) are numbered after all paths.
 #[derive(Debug, Default)]
 pub(super) struct Caustics {
     /// Of each path and branch: [`Transport::light_share`](super::Transport::light_share) of its first
     /// surface, 0 if it did not go on from there diffusely; but see `vertices::anchors`.
     pub light_shares: Vec<f32>,
-    /// Of each: what light counts that it comes to by mirror and glass from its last diffuse
-    /// surface, as probes find it too.
-    pub probe_weights: Vec<f32>,
-    /// Of each: the bounce at its own last anchor, or [`NONE`].
-    anchored: Vec<u32>,
+    /// Of each: the bounce at its own last anchor, or [`NONE`], and the chance with which it went on from there.
+    anchored: Vec<(u32, f32)>,
     /// Of each branch, the path.
     owners: Vec<u32>,
     /// All anchors, and for each the one of the same path before, or [`NONE`].
@@ -49,7 +46,6 @@ impl Caustics {
     /// Forgets all.
     pub fn clear(&mut self) {
         self.light_shares.clear();
-        self.probe_weights.clear();
         self.anchored.clear();
         self.owners.clear();
         self.anchors.clear();
@@ -66,8 +62,7 @@ impl Caustics {
 
     fn resize(&mut self, count: usize) {
         self.light_shares.resize(count, 0.0);
-        self.probe_weights.resize(count, 1.0);
-        self.anchored.resize(count, NONE);
+        self.anchored.resize(count, (NONE, 1.0));
     }
 
     /// Whether caustics are traced.
@@ -89,6 +84,13 @@ impl Caustics {
         branch as u32
     }
 
+    /// The number of a probe from the last anchor of a path or branch.
+    pub fn send(&mut self, index: u32) -> u32 {
+        let probe = self.branch_off(index);
+        self.anchored[probe as usize] = self.anchored[index as usize];
+        probe
+    }
+
     /// The path of a path or branch.
     #[inline(always)]
     pub fn owner(&self, index: u32) -> u32 {
@@ -108,9 +110,9 @@ impl Caustics {
         }
     }
 
-    /// Adds an anchor of a path or branch.
-    pub fn anchor(&mut self, index: u32, anchor: Anchor) {
-        self.anchored[index as usize] = anchor.bounce;
+    /// Adds an anchor of a path or branch, which goes on from there with a certain chance.
+    pub fn anchor(&mut self, index: u32, anchor: Anchor, chance: f32) {
+        self.anchored[index as usize] = (anchor.bounce, chance);
         let owner = self.owner(index) as usize;
         let before = std::mem::replace(&mut self.last[owner], self.anchors.len() as u32);
         self.anchors.push((anchor, before));
@@ -127,14 +129,20 @@ impl Caustics {
     /// Whether a path or branch has dropped an anchor at a bounce or later.
     #[inline(always)]
     pub fn is_anchored_since(&self, index: u32, bounce: u32) -> bool {
-        let last = self.anchored[index as usize];
+        let (last, _) = self.anchored[index as usize];
         last != NONE && last >= bounce
+    }
+
+    /// The chance with which a path or branch went on from its last anchor.
+    #[inline(always)]
+    pub fn chance(&self, index: u32) -> f32 {
+        self.anchored[index as usize].1
     }
 
     /// Whether a path or branch has met nothing diffuse from which it may find a caustic.
     #[inline(always)]
     pub fn is_untouched(&self, index: u32) -> bool {
         let i = index as usize;
-        self.anchored[i] == NONE && self.light_shares[i] == 0.0
+        self.anchored[i].0 == NONE && self.light_shares[i] == 0.0
     }
 }

@@ -219,7 +219,7 @@ impl LightWave {
                     1 => pdf > 0.0 && (is_only(pdf) || vertices.arriving_pdf[lane] != AIMED_AT),
                     _ => pdf > 0.0,
                 };
-                if is_ours && (matches!(to, To::Camera(_)) || is_only(pdf)) {
+                if is_ours {
                     self.paths[kept] = vertices.path(lane);
                     self.rays[kept] = vertices.ray(lane);
                     kept += 1;

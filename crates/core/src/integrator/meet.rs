@@ -12,23 +12,15 @@ use crate::settings::Method;
 
 impl Transport<'_> {
     /// What light counts that a path has run into at a point of a primitive, on a ray, where light
-    /// paths do not find it; what is met by mirror and glass may be found by probes, too.
+    /// paths do not find it.
     #[inline(always)]
-    fn weight_met(
-        &self,
-        path: &Path,
-        ray: &Ray,
-        prim: u32,
-        point: &SurfacePoint,
-        probe_weight: f32,
-    ) -> f32 {
+    fn weight_met(&self, path: &Path, ray: &Ray, prim: u32, point: &SurfacePoint) -> f32 {
         let pdf = path.direction_pdf;
         match self.method {
-            // Light that was aimed at, straight or by way of a mirror sphere, is not theirs.
-            _ if path.is_probe => f32::from(is_only(pdf) && pdf != AIMED_AT),
+            _ if path.is_blind() => 0.0,
             Method::Naive => 1.0,
             _ if pdf == AIMED_AT => f32::from(planted::has(Bug::DetoursCountedTwice)),
-            _ if is_only(pdf) => probe_weight,
+            _ if is_only(pdf) => 1.0,
             Method::Nee => 0.0,
             Method::Mis | Method::Caustics | Method::Reuse => {
                 power_heuristic(pdf, self.scene.lights().pdf(ray.origin, prim, point.p))
@@ -64,7 +56,7 @@ impl Wave {
         let (paths, rays, hits) = (&paths[first..end], &rays[first..end], &hits[first..end]);
         let is_on = reuse.is_on();
         vertices.gather(scene, paths, rays, hits, |path| {
-            if !path.is_probe {
+            if !path.is_blind() {
                 let light = path.throughput * scene.background();
                 reuse.meets(radiance, path.index, bounce, light, false);
             }
@@ -85,9 +77,8 @@ impl Wave {
                 let share = share.filter(|share| shares && *share > 0.0);
                 let by_light_paths =
                     share.map(|s| s * transport.emission_pdf(hit.prim, &point, -ray.dir));
-                let probe_weight = caustics.probe_weights.get(index).copied().unwrap_or(1.0);
                 let weight = match by_light_paths {
-                    Some(density) if !path.is_probe => {
+                    Some(density) => {
                         let weight = power_heuristic(1.0, density);
                         let light = reuse.head(path.index) * path.throughput * material.emission;
                         *left += f64::from((1.0 - weight) * light.element_sum());
@@ -97,29 +88,25 @@ impl Wave {
                             weight
                         }
                     }
-                    _ => transport.weight_met(path, ray, hit.prim, &point, probe_weight),
+                    None => transport.weight_met(path, ray, hit.prim, &point),
                 };
                 let light = weight * path.throughput * material.emission;
                 let is_doubled = is_last && planted::has(Bug::LastBounceEmissionDoubled);
                 for _ in 0..1 + u32::from(is_doubled) {
-                    if path.is_probe {
-                        radiance[index] += light;
-                    } else {
-                        // Its weight hangs on the first surface.
-                        let is_own = by_light_paths.is_some();
-                        reuse.meets(radiance, path.index, bounce, light, is_own);
-                    }
+                    // Its weight hangs on the first surface.
+                    let is_own = by_light_paths.is_some();
+                    reuse.meets(radiance, path.index, bounce, light, is_own);
                 }
             }
             if !is_last {
                 let n = if front { point.n } else { -point.n };
                 let bsdf = material.bsdf(|| scene.primitives().uv(hit));
-                if is_on && !path.is_probe && matches!(bsdf, Bsdf::Diffuse(_)) {
+                if is_on && !path.is_blind() && matches!(bsdf, Bsdf::Diffuse(_)) {
                     let second = Surface { point, n };
                     reuse.arrives(path.index, bounce, second, hit.prim);
                 }
                 vertices.set_surface(lane, hit.prim, n, front, bsdf);
-                if path.is_probe {
+                if path.is_blind() {
                     vertices.diffuse.set(lane, Vec3::ZERO);
                 }
             }

@@ -85,9 +85,6 @@ impl Wave {
                 tale.begin_step(self, bounce);
             }
             self.shade(transport, bounce, step);
-            if let Some(tale) = &mut tale {
-                tale.tell_probes(self);
-            }
             tell(self, Strategy::Met, bounce + 1);
             let free = self.take_shadow_rays(transport);
             tell(self, Strategy::Aimed, bounce + 2);
@@ -114,7 +111,7 @@ impl Wave {
             if self.paths.is_empty() {
                 break;
             }
-            for path in self.paths.iter().filter(|path| !path.is_probe) {
+            for path in &self.paths {
                 lengths[self.caustics.owner(path.index) as usize] += 1;
             }
             transport.scene.intersect_all(&self.rays, &mut self.hits);

@@ -154,6 +154,13 @@ impl Reuse {
         (self.joints[i].bounce, self.joints[i].first) = (bounce, first);
     }
 
+    /// A path goes on from a diffuse surface at some bounce, which it shares with nobody, with its throughput.
+    #[inline(always)]
+    pub fn stays(&mut self, index: u32, bounce: u32) {
+        self.bonds[index as usize] = Bond::Takes;
+        self.joints[index as usize].bounce = bounce;
+    }
+
     /// A path has come to a diffuse surface at some bounce.
     #[inline(always)]
     pub fn arrives(&mut self, index: u32, bounce: u32, second: Surface, prim: u32) {

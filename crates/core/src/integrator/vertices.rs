@@ -117,6 +117,12 @@ impl Default for Vertices {
     }
 }
 
+/// The chance of a path that goes on to survive roulette, from [`ROULETTE_FROM`] on.
+#[inline(always)]
+fn survival(throughput: Vec3) -> f32 {
+    (throughput.max_element() / BRIGHT).clamp(SURVIVAL.0, SURVIVAL.1)
+}
+
 impl Vertices {
     /// Empties all lanes.
     #[inline(always)]
@@ -164,7 +170,7 @@ impl Vertices {
         self.clear();
         for (i, hit) in hits.iter().enumerate() {
             match hit {
-                Some(hit) if paths[i].is_probe && !scene.shows_caustics(hit.prim) => {}
+                Some(hit) if paths[i].is_blind() && !scene.shows_caustics(hit.prim) => {}
                 Some(hit) => {
                     let place = scene.primitives().place(&rays[i], hit);
                     self.push(i, &paths[i], &rays[i], place);
@@ -291,7 +297,7 @@ impl Vertices {
                     && (*front && primitives.is_sphere(*prim))
                     && bsdf.mirror() != Vec3::ZERO;
                 self.direction_pdf[lane] = match is_specular {
-                    false if self.is_probe[lane] => 0.0,
+                    false if self.is_probe[lane] && !is_only(self.arriving_pdf[lane]) => 0.0,
                     true if is_aimed_at => AIMED_AT,
                     true => ONLY,
                     false => sample.pdf,
@@ -380,7 +386,10 @@ impl Vertices {
         let u = self.samplers.get_1d(Dim::Roulette(bounce));
         for (lane, u) in u.into_iter().enumerate() {
             let throughput = self.throughput.get(lane);
-            let survival = (throughput.max_element() / BRIGHT).clamp(SURVIVAL.0, SURVIVAL.1);
+            let survival = survival(throughput);
+            // A probe was sent to where it is bright.
+            let is_probe = self.is_probe[lane] & is_only(self.direction_pdf[lane]);
+            let survival = if is_probe { SURVIVAL.1 } else { survival };
             if u >= survival {
                 self.direction_pdf[lane] = 0.0;
             }
@@ -398,7 +407,7 @@ impl Vertices {
             throughput: self.throughput.get(lane),
             direction_pdf: self.direction_pdf[lane],
             index: self.indices[lane],
-            is_probe: self.is_probe[lane],
+            is_probe: self.is_probe[lane] && is_only(self.direction_pdf[lane]),
         }
     }
 

@@ -24,16 +24,23 @@ impl Sphere {
     /// The least distance with `0 < t ≤ t_max`, if any.
     #[inline(always)]
     pub fn intersect(&self, ray: &Ray, t_max: f32) -> Option<f32> {
+        let t = self.distance(ray);
+        let is_behind = t <= 0.0 && !planted::has(Bug::SeedRootRule);
+        (t <= t_max && !is_behind).then_some(t)
+    }
+
+    /// The least positive distance; if there is none, negative, 0 or no number. Without a branch, so that a
+    /// loop over many rays is SIMD code.
+    #[inline(always)]
+    pub(crate) fn distance(&self, ray: &Ray) -> f32 {
         let (f, d) = (
             ray.origin.as_dvec3() - self.center.as_dvec3(),
             ray.dir.as_dvec3(),
         );
         let r2 = f64::from(self.radius) * f64::from(self.radius);
         let d2 = d.length_squared(); // 1, but for the rounding of the direction
+        // Below 0, where the ray passes by, it has no root.
         let rest = d2 * r2 - f.cross(d).length_squared();
-        if !(rest >= 0.0) {
-            return None;
-        }
         let b = -f.dot(d);
         // q is d² times the root of larger magnitude; 0 only when the ray starts where it touches.
         let q = b + rest.sqrt().copysign(b);
@@ -45,10 +52,9 @@ impl Sphere {
         let (q, other) = ((q / d2) as f32, other as f32);
         let (near, far) = if q < other { (q, other) } else { (other, q) };
         if planted::has(Bug::SeedRootRule) {
-            return Some(if near * far >= 0.0 { near } else { far });
+            return if near * far >= 0.0 { near } else { far };
         }
-        let t = if near > 0.0 { near } else { far };
-        (t > 0.0 && t <= t_max).then_some(t)
+        if near > 0.0 { near } else { far }
     }
 
     /// Area, square scene units.

@@ -90,7 +90,7 @@ impl Replay {
         ));
         for segment in path.segments.iter().take(step) {
             if segment.is_branch {
-                ui.weak(format!("The other way from {}.:", segment.number - 1));
+                ui.weak(format!("Another way from {}.:", segment.number - 1));
             }
             line(ui, scene, segment);
         }
@@ -131,8 +131,7 @@ fn line(ui: &mut Ui, scene: &Scene, segment: &Segment) {
     for aim in &segment.aims {
         let light = &scene.object(aim.light).label;
         let how = match aim.strategy {
-            Strategy::Met => format!("a probe met {light}"),
-            Strategy::Aimed => format!("aimed at {light}"),
+            Strategy::Met | Strategy::Aimed => format!("aimed at {light}"),
             Strategy::ByMirror => format!("aimed at {light} by mirror"),
         };
         let (color, what) = match aim.is_free {

@@ -2,7 +2,9 @@
 
 use super::{Batch, Scratch, prepare_batch};
 use crate::accel::bvh::{OCTANTS, Stream};
-use crate::geometry::search::Search;
+use crate::geometry::Primitives;
+use crate::geometry::flights::RayGroup;
+use crate::geometry::search::{Face, Search};
 use crate::geometry::sides::{SIDES, Sides};
 use crate::geometry::sweep::Sweep;
 use crate::math::GROUP;
@@ -33,6 +35,29 @@ pub(super) fn sweep<L: Lanes, S: Search>(
         }
     }
     batch.settle();
+}
+
+/// Casts rays at all spheres.
+#[inline(always)]
+pub(super) fn cast_at_spheres<S: Search>(
+    primitives: &Primitives,
+    searches: &mut [S],
+    rays: &[RayGroup],
+) {
+    for (id, sphere) in (primitives.first_sphere()..).zip(&primitives.spheres) {
+        for (searches, rays) in searches.chunks_mut(GROUP).zip(rays) {
+            let mut distances = [0.0; GROUP];
+            for (i, distance) in distances.iter_mut().enumerate() {
+                *distance = sphere.distance(&rays.get(i));
+            }
+            for (search, t) in searches.iter_mut().zip(distances) {
+                search.tests(1);
+                if t > 0.0 && t <= search.limit() {
+                    search.offer(t, Face::of(id), [0.0; 2]);
+                }
+            }
+        }
+    }
 }
 
 /// Casts rays that have been through a tree at the sides, if these matter to them.

@@ -10,9 +10,9 @@ use crate::math::Ray;
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Aim {
-    /// How it was found: aimed at, by way of a mirror too, or met by a probe.
+    /// How it was looked for: aimed at, or by way of a mirror too.
     pub strategy: Strategy,
-    /// The point on a mirror or glass by way of which.
+    /// The point on a mirror by way of which.
     pub by: Option<Vec3>,
     /// The point on the lamp.
     pub to: Vec3,
@@ -30,7 +30,8 @@ pub struct Aim {
 pub struct Segment {
     /// How many there are from the camera to its end.
     pub number: u32,
-    /// Whether it is the first of a branch, which has left the path or another branch before.
+    /// Whether it is the first of a branch, the other way at glass or a probe, which has left the path or another branch
+    /// before.
     pub is_branch: bool,
     /// Where it starts.
     pub from: Vec3,
@@ -42,31 +43,17 @@ pub struct Segment {
     pub throughput: Vec3,
     /// Light of the surface there, or of the background, W/(m²·sr).
     pub met: Vec3,
-    /// Lamps aimed at from there, and those that probes have found.
+    /// Lamps aimed at from there.
     pub aims: Vec<Aim>,
 }
 
-/// A probe on its way.
-struct Probe {
-    /// Its own number in the wave, so that what it finds is told apart.
-    index: usize,
-    /// Of the segment from whose end it was sent.
-    segment: usize,
-    /// Where it has come to first.
-    by: Option<Vec3>,
-    /// Where it has just come to, and on which primitive.
-    end: Option<(Vec3, u32)>,
-}
-
-/// What the only path of a wave and its branches have found. What probes find is left out of its
-/// radiance.
+/// What the only path of a wave and its branches have found.
 #[derive(Default)]
 pub(crate) struct Tale {
     /// Those of each path and branch, with its number, in the order in which they came to their ends.
     segments: Vec<(u32, Segment)>,
     /// The first of this step.
     first: usize,
-    probes: Vec<Probe>,
     /// What each path and branch had found before this step.
     had: Vec<Vec3>,
 }
@@ -85,63 +72,19 @@ impl Tale {
     pub fn begin_step(&mut self, wave: &Wave, bounce: u32) {
         self.first = self.segments.len();
         self.had.clone_from(&wave.radiance);
-        for probe in &mut self.probes {
-            probe.end = None;
-        }
         for ((path, ray), hit) in wave.paths.iter().zip(&wave.rays).zip(&wave.hits) {
             let end = hit.map(|hit| (ray.at(hit.t), hit.prim));
-            let index = path.index as usize;
-            if !path.is_probe {
-                let segment = Segment {
-                    number: bounce + 1,
-                    is_branch: !self.segments.iter().any(|(i, _)| *i == path.index) && bounce > 0,
-                    from: ray.origin,
-                    dir: ray.dir,
-                    end,
-                    throughput: path.throughput,
-                    met: Vec3::ZERO,
-                    aims: Vec::new(),
-                };
-                self.segments.push((path.index, segment));
-            } else if let Some(probe) = self.probes.iter_mut().find(|p| p.index == index) {
-                probe.end = end;
-                probe.by = probe.by.or(end.map(|(at, _)| at));
-            }
-        }
-    }
-
-    /// Tells what probes have found, and gives those that were just sent numbers of their own.
-    pub fn tell_probes(&mut self, wave: &mut Wave) {
-        for probe in &self.probes {
-            let radiance = std::mem::take(&mut wave.radiance[probe.index]);
-            if let Some((to, light)) = probe.end
-                && radiance != Vec3::ZERO
-            {
-                self.segments[probe.segment].1.aims.push(Aim {
-                    strategy: Strategy::Met,
-                    by: probe.by,
-                    to,
-                    light,
-                    radiance,
-                    is_free: true,
-                });
-            }
-        }
-        for path in wave.paths.iter_mut().filter(|path| path.is_probe) {
-            let index = path.index as usize;
-            let is_known = self.probes.iter().any(|probe| probe.index == index);
-            let sender = self.segments[self.first..].iter();
-            let sender = sender.clone().position(|(sender, _)| *sender == path.index);
-            if let (false, Some(sender)) = (is_known, sender) {
-                path.index = wave.caustics.branch_off(path.index);
-                wave.radiance.push(Vec3::ZERO);
-                self.probes.push(Probe {
-                    index: path.index as usize,
-                    segment: self.first + sender,
-                    by: None,
-                    end: None,
-                });
-            }
+            let segment = Segment {
+                number: bounce + 1,
+                is_branch: !self.segments.iter().any(|(i, _)| *i == path.index) && bounce > 0,
+                from: ray.origin,
+                dir: ray.dir,
+                end,
+                throughput: path.throughput,
+                met: Vec3::ZERO,
+                aims: Vec::new(),
+            };
+            self.segments.push((path.index, segment));
         }
     }
 

@@ -4,20 +4,24 @@
 //! mirror or glass again, is nothing that light paths can bring to a pinhole. But where a camera
 //! path comes to such a surface, it drops an anchor. Light paths are joined to anchors as they are to
 //! the camera, wherever they come to diffuse surfaces; and for light that comes to the anchor itself by
-//! way of mirror or glass, a probe is sent from it to where the guide says such light comes from.
-//! A probe is a path that ends where it would have to scatter diffusely.
+//! way of mirror or glass, a probe is sent from it to where the guide says such light comes from: from the
+//! lamp, or from where it has made something diffuse bright. A probe ends if what it meets first is no
+//! mirror or glass; otherwise it goes on as any path, a branch with a number of its own, and drops anchors
+//! too. Roulette, which judges by throughput, would end what was sent to where it is bright, so it leaves
+//! probes alone until they come to something diffuse.
 //!
 //! Camera paths find both kinds of light by running into it, so all is weighted. Up to the surface after
 //! the anchor a camera path has the density per area p = pdf · cos / d² there, where light paths have
 //! 1, but for what is the same from either end (see `light_paths`): if it goes on diffusely
 //! from there, the rest of its light is shared with light paths as if the anchor were the camera.
-//! Probes and paths differ in nothing but the density of their direction: the balance heuristic.
+//! Probes and paths that meet mirror or glass next differ in nothing but the density of their direction, and in
+//! roulette: the balance heuristic, over all that they find from there on.
 
 use std::f32::consts::FRAC_1_PI;
 
 use glam::Vec3;
 
-use super::Vertices;
+use super::{ROULETTE_FROM, Vertices, survival};
 use crate::geometry::Hit;
 use crate::integrator::caustics::{Anchor, Caustics};
 use crate::integrator::light_paths::NOTHING;
@@ -64,7 +68,13 @@ impl Vertices {
                 diffuse_share,
                 bounce,
             };
-            caustics.anchor(index, anchor);
+            // If it goes on diffusely, for which that is certain.
+            let chance = if bounce >= ROULETTE_FROM && diffuse_share == 1.0 {
+                survival(self.throughput.get(lane) * diffuse)
+            } else {
+                1.0
+            };
+            caustics.anchor(index, anchor, chance);
             let Some(guide) = transport.guide else {
                 continue;
             };
@@ -82,41 +92,42 @@ impl Vertices {
             let by_path = if planted::has(Bug::ProbesCountedTwice) {
                 0.0
             } else {
-                diffuse_share * cos * FRAC_1_PI
+                chance * diffuse_share * cos * FRAC_1_PI
             };
             let probe = Path {
                 sampler,
                 throughput: f * (cos / (pdf + by_path)),
                 direction_pdf: pdf,
-                index,
+                index: caustics.send(index),
                 is_probe: true,
             };
             caustics.waiting.push((probe, Ray::new(origin, dir)));
         }
     }
 
-    /// Weighs light that paths may yet run into by the mirror or glass that they have met from an
-    /// anchor, as probes may have found it. `rays` are those on which the paths came.
+    /// Weighs the paths that go on by the mirror or glass that they have come to from an anchor, as probes
+    /// may have gone there too. `rays` are those on which the paths came.
     #[inline(always)]
     pub fn weigh_against_probes(
-        &self,
+        &mut self,
         transport: &Transport<'_>,
         bounce: u32,
         rays: &[Ray],
-        caustics: &mut Caustics,
+        caustics: &Caustics,
     ) {
+        let Some(guide) = transport.guide else {
+            return;
+        };
         for (lane, ..) in &self.others {
             let (pdf, index) = (self.arriving_pdf[*lane], self.indices[*lane]);
-            if is_only(pdf) || self.is_probe[*lane] {
-                continue;
+            let is_first = !is_only(pdf) && is_only(self.direction_pdf[*lane]);
+            if is_first && !self.is_probe[*lane] && caustics.is_anchored_since(index, bounce - 1) {
+                let ray = &rays[self.source(*lane)];
+                let pdf = pdf * caustics.chance(index);
+                let weight = pdf / (pdf + guide.pdf(ray.origin, ray.dir));
+                self.throughput
+                    .set(*lane, weight * self.throughput.get(*lane));
             }
-            caustics.probe_weights[index as usize] = match transport.guide {
-                Some(guide) if caustics.is_anchored_since(index, bounce - 1) => {
-                    let ray = &rays[self.source(*lane)];
-                    pdf / (pdf + guide.pdf(ray.origin, ray.dir))
-                }
-                _ => 1.0,
-            };
         }
     }
 
