@@ -48,6 +48,19 @@ fn pauses_and_batches_change_nothing() {
     }
 }
 
+/// Where paths have branches of several kinds, whatever paths they advance together with.
+#[test]
+fn one_sample_at_a_time_changes_nothing() {
+    let view = view(&built(&shipped("glass-sphere")), |s| {
+        (s.width, s.height, s.samples) = (90, 60, 96);
+    });
+    let film = view.film();
+    for target in 1..=96 {
+        view.render(&film, target, &AtomicBool::new(false));
+    }
+    assert_same(&picture(&view), &film.develop(), "one at a time");
+}
+
 fn pauses_and_batches_change_nothing_in(name: &str) {
     let scene = built(&shipped(name));
     let view = view(&scene, |s| {

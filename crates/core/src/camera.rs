@@ -76,9 +76,9 @@ impl Camera {
         )
     }
 
-    /// Number of pixels of the picture.
-    pub(crate) fn pixels(&self) -> f32 {
-        4.0 * self.middle[0] * self.middle[1]
+    /// Width and height of the picture, pixels.
+    pub(crate) fn size(&self) -> [u32; 2] {
+        self.middle.map(|half| (2.0 * half) as u32)
     }
 
     /// Where a point is seen: its place in the picture, in pixels from the upper left, and how

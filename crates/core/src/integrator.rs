@@ -393,18 +393,14 @@ impl Wave {
         self.paths.truncate(kept);
         self.rays.truncate(kept);
         if self.caustics.are_traced() {
+            self.caustics.send(&mut self.paths, &mut self.rays);
             let count = self.caustics.count();
             self.radiance.resize(count, Vec3::ZERO);
             if self.reuse.is_on() {
                 self.reuse.extend(count);
+                let probes = self.paths[kept..].iter().filter(|path| path.is_probe);
+                probes.for_each(|probe| self.reuse.stays(probe.index, bounce));
             }
-        }
-        for (path, ray) in self.caustics.waiting.drain(..) {
-            if path.is_probe && self.reuse.is_on() {
-                self.reuse.stays(path.index, bounce);
-            }
-            self.paths.push(path);
-            self.rays.push(ray);
         }
     }
 }

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use crate::camera::Camera;
 use crate::film::{APART, Film, Followed, Splat, Tile, TileRect, is_followed};
 use crate::filter::FilterSampler;
-use crate::integrator::light_paths::LightWave;
+use crate::integrator::light_paths::{LightWave, column, columns};
 use crate::integrator::reuse::MOST;
 use crate::integrator::{Transport, Wave};
 use crate::plan::{Part, Plan};
@@ -295,7 +295,7 @@ impl View {
         Some(bench.places.len() as u64)
     }
 
-    /// Traces a light path for each sample of a wave; `None` if `cancel` was set meanwhile.
+    /// Traces the light paths of a wave; `None` if `cancel` was set meanwhile.
     fn render_light_wave(
         &self,
         bench: &mut Bench,
@@ -317,20 +317,21 @@ impl View {
             seed,
             ..
         } = self.settings;
-        let pixels = u64::from(width) * u64::from(height);
+        let columns = u64::from(columns(width));
         light_wave.clear();
-        for Place {
-            pixel: [x, y],
-            sample,
-            ..
-        } in &*places
-        {
+        for (i, place) in (0..).zip(&*places) {
+            let ([x, y], sample) = (place.pixel, place.sample);
+            let Some(column) = column(batch.rect.x + x) else {
+                continue;
+            };
             // All light paths of a half make up one sequence: lamps know no pixels.
-            let pixel =
-                u64::from(batch.rect.y + y) * u64::from(width) + u64::from(batch.rect.x + x);
-            let number = (sample >> 1).wrapping_mul(pixels).wrapping_add(pixel);
+            let pixel = u64::from(batch.rect.y + y) * columns + u64::from(column);
+            let number = (sample >> 1).wrapping_mul(columns * u64::from(height)) + pixel;
             let sampler = Sampler::new(kind, seed, [u32::MAX; 2], number << 1 | sample & 1);
-            light_wave.push(transport, sampler);
+            // The next of the group in the row, if there is one.
+            let is_joined = |next: &Place| next.pixel == [x + APART, y] && next.sample == sample;
+            let is_one = !places.get(i as usize + 1).is_some_and(is_joined);
+            light_wave.push(transport, sampler, i..i + 2 - u32::from(is_one));
         }
         watch.lap(Stage::Camera);
         let arrivals = light_wave.trace(transport, wave, cancel, &mut batch.rays, watch)?;

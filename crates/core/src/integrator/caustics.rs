@@ -38,8 +38,9 @@ pub(super) struct Caustics {
     anchors: Vec<(Anchor, u32)>,
     /// Of each path, the last anchor, its branches' included, or [`NONE`].
     last: Vec<u32>,
-    /// Probes and branches that are not on their way yet.
-    pub waiting: Vec<(Path, Ray)>,
+    /// Probes and branches that are not on their way yet, by the numbers of those that have sent them.
+    pub probes: Vec<(Path, Ray)>,
+    pub branches: Vec<(Path, Ray)>,
 }
 
 impl Caustics {
@@ -50,7 +51,8 @@ impl Caustics {
         self.owners.clear();
         self.anchors.clear();
         self.last.clear();
-        self.waiting.clear();
+        self.probes.clear();
+        self.branches.clear();
     }
 
     /// Makes ready for a number of paths.
@@ -77,18 +79,31 @@ impl Caustics {
     }
 
     /// The number of a new branch of a path or branch.
-    pub fn branch_off(&mut self, index: u32) -> u32 {
+    fn branch_off(&mut self, index: u32) -> u32 {
         let branch = self.count();
         self.owners.push(self.owner(index));
         self.resize(branch + 1);
         branch as u32
     }
 
-    /// The number of a probe from the last anchor of a path or branch.
-    pub fn send(&mut self, index: u32) -> u32 {
-        let probe = self.branch_off(index);
-        self.anchored[probe as usize] = self.anchored[index as usize];
-        probe
+    /// Sends probes and branches on their way, with numbers of their own. All probes come first, so that
+    /// the order of those of one path does not depend on the other paths of the wave.
+    pub fn send(&mut self, paths: &mut Vec<Path>, rays: &mut Vec<Ray>) {
+        for i in 0..self.probes.len() {
+            let (path, ray) = self.probes[i];
+            let index = self.branch_off(path.index);
+            self.anchored[index as usize] = self.anchored[path.index as usize];
+            paths.push(Path { index, ..path });
+            rays.push(ray);
+        }
+        for i in 0..self.branches.len() {
+            let (path, ray) = self.branches[i];
+            let index = self.branch_off(path.index);
+            paths.push(Path { index, ..path });
+            rays.push(ray);
+        }
+        self.probes.clear();
+        self.branches.clear();
     }
 
     /// The path of a path or branch.

@@ -3,6 +3,7 @@
 //!
 //! Where mirrors and glass show such surfaces, light paths are joined to anchors (`vertices::anchors`).
 //!
+//! There is one for every second of the camera paths of a sample ([`column`]), and it brings light to the anchors of two.
 //! A light path leaves a lamp towards something specular ([`crate::light`]), goes on by chance as
 //! camera paths do, and at each diffuse surface is joined to the camera, if that sees it. It
 //! counts only light that has left its lamp by way of mirror or glass; the rest is aimed at from
@@ -18,6 +19,7 @@
 //! only be the same from both ends; roulette, which is not, is left out of it.)
 
 use std::f32::consts::{FRAC_1_PI, PI};
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::Vec3;
@@ -25,6 +27,7 @@ use glam::Vec3;
 use super::caustics::Caustics;
 use super::vertices::Vertices;
 use super::{AIMED_AT, Path, Transport, Wave, is_only, power_heuristic};
+use crate::film::APART;
 use crate::geometry::Hit;
 use crate::light::Mark;
 use crate::math::{GROUP, Ray};
@@ -35,17 +38,28 @@ use crate::work::{Stage, Stopwatch};
 
 mod marks;
 
+/// Every second of the pixels of a row that are [`APART`] has light paths: their number in the row.
+pub(crate) fn column(x: u32) -> Option<u32> {
+    let has = x / APART % 2 == 0;
+    has.then(|| x / (2 * APART) * APART + x % APART)
+}
+
+/// How many of the pixels of a row have light paths.
+pub(crate) fn columns(width: u32) -> u32 {
+    width / (2 * APART) * APART + (width % (2 * APART)).min(APART)
+}
+
 /// What is not counted as an obstacle between two surfaces, or one and the camera: nothing.
 pub(super) const NOTHING: u32 = u32::MAX;
 
 /// Light that the camera sees.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Arrival {
-    /// Index of its path.
+    /// Index of the first camera path of its light path.
     pub index: u32,
     /// Where in the picture, pixels from the upper left.
     pub at: [f32; 2],
-    /// Over all pixels and paths the mean of these, times the pixel filter, is radiance.
+    /// Over all pixels and camera paths the mean of these, times the pixel filter, is radiance.
     pub radiance: Vec3,
 }
 
@@ -63,7 +77,7 @@ struct Link {
     /// The anchor's primitive, which is not asked.
     prim: u32,
     radiance: Vec3,
-    /// Index of its path.
+    /// Index of its camera path.
     index: u32,
 }
 
@@ -84,6 +98,8 @@ pub(crate) struct LightWave {
     /// Of each path: the density at the lamp, and the light that it has left it with. Not part
     /// of the throughput, by which roulette judges a path.
     emissions: Vec<(f32, Vec3)>,
+    /// Of each path, the camera paths whose anchors it is joined to.
+    owners: Vec<Range<u32>>,
     connections: Vec<Connection>,
     links: Vec<Link>,
     arrivals: Vec<Arrival>,
@@ -96,14 +112,16 @@ impl LightWave {
         self.paths.clear();
         self.rays.clear();
         self.emissions.clear();
+        self.owners.clear();
         self.arrivals.clear();
     }
 
-    /// Adds a path. Paths are numbered in the order in which they are added.
+    /// Adds a path for some camera paths. Paths are numbered in the order in which they are added.
     #[inline]
-    pub fn push(&mut self, transport: &Transport<'_>, sampler: Sampler) {
+    pub fn push(&mut self, transport: &Transport<'_>, sampler: Sampler, owners: Range<u32>) {
         let index = self.emissions.len() as u32;
         self.emissions.push((0.0, Vec3::ZERO));
+        self.owners.push(owners);
         let scene = transport.scene;
         let Some((light, from, _)) = scene.lights().sample_area(
             || sampler.get_1d(Dim::LightPick(0)),
@@ -131,8 +149,8 @@ impl LightWave {
     }
 
     /// Follows all paths to their ends, at most as far as the depth allows, and returns what
-    /// arrives at the camera; what arrives at the anchors of the camera paths of the same numbers is
-    /// added to their radiance. `rays` counts the rays cast. `None` if `cancel` was set meanwhile.
+    /// arrives at the camera; what arrives at the anchors of their camera paths is added to the radiance of
+    /// these. `rays` counts the rays cast. `None` if `cancel` was set meanwhile.
     pub fn trace(
         &mut self,
         transport: &Transport<'_>,
@@ -279,7 +297,7 @@ impl LightWave {
                     t_max: distance,
                 },
                 arrival: Arrival {
-                    index,
+                    index: self.owners[index as usize].start,
                     at,
                     radiance: vertices.throughput.get(lane) * f * light * weight,
                 },
@@ -298,7 +316,13 @@ impl LightWave {
             }
             let (point, n) = (vertices.points.get(lane), vertices.n.get(lane));
             let (pdf, light) = self.emissions[index as usize];
-            for anchor in caustics.anchors_of(index) {
+            let owners = self.owners[index as usize].clone();
+            let anchors = |owner| {
+                caustics
+                    .anchors_of(owner)
+                    .map(move |anchor| (owner, anchor))
+            };
+            for (owner, anchor) in owners.flat_map(anchors) {
                 let way = anchor.point.p - point.p;
                 let square = way.length_squared();
                 let toward = way / square.sqrt();
@@ -319,7 +343,7 @@ impl LightWave {
                         anchor.prim
                     },
                     radiance: vertices.throughput.get(lane) * f * light * (weight * geometry),
-                    index,
+                    index: owner,
                 });
             }
         }

@@ -4,6 +4,7 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 
+use super::light_paths::columns;
 use crate::camera::Camera;
 use crate::geometry::SurfacePoint;
 use crate::light::Guide;
@@ -77,7 +78,9 @@ impl Transport<'_> {
     ) -> Option<(f32, [f32; 2])> {
         let (at, pixels) = self.camera.place(point.p, self.margin)?;
         let cos = n.dot((self.camera.eye() - point.p).normalize());
-        (cos > 0.0).then(|| (self.camera.pixels() / (share * pixels * cos), at))
+        let [width, height] = self.camera.size();
+        let light_paths = columns(width) as f32 * height as f32;
+        (cos > 0.0).then(|| (light_paths / (share * pixels * cos), at))
     }
 
     /// The density g, per unit of area, with which light leaves a point of a lamp in some direction.

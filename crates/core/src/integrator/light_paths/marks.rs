@@ -28,7 +28,7 @@ impl Guide {
             for i in first..first + WAVE {
                 // Of one half, so that they are one sequence.
                 let sampler = Sampler::new(SamplerKind::Sobol, 0, [u32::MAX; 2], 2 * i);
-                wave.push(transport, sampler);
+                wave.push(transport, sampler, 0..0);
             }
             for bounce in 0..DEPTH {
                 if wave.paths.is_empty() {

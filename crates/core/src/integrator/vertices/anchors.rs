@@ -98,10 +98,10 @@ impl Vertices {
                 sampler,
                 throughput: f * (cos / (pdf + by_path)),
                 direction_pdf: pdf,
-                index: caustics.send(index),
+                index,
                 is_probe: true,
             };
-            caustics.waiting.push((probe, Ray::new(origin, dir)));
+            caustics.probes.push((probe, Ray::new(origin, dir)));
         }
     }
 

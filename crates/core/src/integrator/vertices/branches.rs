@@ -54,12 +54,12 @@ impl Vertices {
                 sampler: self.samplers.get(lane),
                 throughput: other * throughput,
                 direction_pdf: ONLY,
-                index: caustics.branch_off(index),
+                index,
                 is_probe: false,
             };
             let wi = wi.normalize();
             let origin = self.points.get(lane).leave(wi);
-            caustics.waiting.push((branch, Ray::new(origin, wi)));
+            caustics.branches.push((branch, Ray::new(origin, wi)));
         }
     }
 }
