@@ -40,7 +40,7 @@ mod marks;
 
 /// Every second of the pixels of a row that are [`APART`] has light paths: their number in the row.
 pub(crate) fn column(x: u32) -> Option<u32> {
-    let has = x / APART % 2 == 0;
+    let has = (x / APART).is_multiple_of(2);
     has.then(|| x / (2 * APART) * APART + x % APART)
 }
 

@@ -163,10 +163,10 @@ impl Split {
                 above[i] = half_area(bounds) * count as f32;
             }
             (bounds, count) = (L::splat(f32::INFINITY), 0);
-            for i in 1..BINS {
+            for (i, above) in above.iter().enumerate().skip(1) {
                 bounds = bounds.min(L::load(&row.bounds[i - 1].0));
                 count += row.counts[i - 1];
-                let cost = half_area(bounds) * count as f32 + above[i];
+                let cost = half_area(bounds) * count as f32 + above;
                 if cost < best.0 {
                     best = (cost, axis, i);
                 }
