@@ -92,12 +92,14 @@ fn descended(size: &Size) -> f64 {
 }
 
 /// A tree of more triangles than this does not fit the caches next to a core (the fit to the known sizes
-/// is best with it, of 50,000, 100,000 and 200,000).
-const CACHED: f64 = 1e5;
+/// is best with it, of 50,000, 100,000, 200,000 and 400,000).
+const CACHED: f64 = 2e5;
 
-/// Paths times the levels that have to be fetched from farther away.
+/// Paths times the levels that have to be fetched from farther away: in a small picture the paths that go
+/// together see more of the scene (of the powers 0 to 1/4 the known sizes are fitted best by 1/10 to 1/7).
 fn fetched(size: &Size) -> f64 {
-    size.paths() * (size.triangles() / CACHED).log2().max(0.0)
+    let spread = (512.0 * 512.0 / size.pixels()).powf(0.125);
+    size.paths() * (size.triangles() / CACHED).log2().max(0.0) * spread
 }
 
 const NANOSECONDS: (&str, f64) = ("ns", 1e9);

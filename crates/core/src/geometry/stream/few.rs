@@ -1,4 +1,4 @@
-//! Many rays at few triangles: all there are, or the sides of a room.
+//! Many rays at few triangles, all there are or the sides of a room, and at few spheres.
 
 use super::{Batch, Scratch, prepare_batch};
 use crate::accel::bvh::{OCTANTS, Stream};
