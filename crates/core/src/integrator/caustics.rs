@@ -30,8 +30,13 @@ pub(super) struct Caustics {
     /// Of each path and branch: [`Transport::light_share`](super::Transport::light_share) of its first
     /// surface, 0 if it did not go on from there diffusely; but see `vertices::anchors`.
     pub light_shares: Vec<f32>,
-    /// Of each: the bounce at its own last anchor, or [`NONE`], and the chance with which it went on from there.
-    anchored: Vec<(u32, f32)>,
+    /// Of each: the bounce at its own last anchor, or [`NONE`].
+    anchored: Vec<u32>,
+    /// Of each: the bounce at the last anchor from which it has sent a probe, or [`NONE`], and the chance with
+    /// which it went on from there.
+    sent: Vec<(u32, f32)>,
+    /// Of each: how many probes it may send yet.
+    may_send: Vec<u32>,
     /// Of each branch, the path.
     owners: Vec<u32>,
     /// All anchors, and for each the one of the same path before, or [`NONE`].
@@ -48,6 +53,8 @@ impl Caustics {
     pub fn clear(&mut self) {
         self.light_shares.clear();
         self.anchored.clear();
+        self.sent.clear();
+        self.may_send.clear();
         self.owners.clear();
         self.anchors.clear();
         self.last.clear();
@@ -64,7 +71,9 @@ impl Caustics {
 
     fn resize(&mut self, count: usize) {
         self.light_shares.resize(count, 0.0);
-        self.anchored.resize(count, (NONE, 1.0));
+        self.anchored.resize(count, NONE);
+        self.sent.resize(count, (NONE, 1.0));
+        self.may_send.resize(count, u32::MAX);
     }
 
     /// Whether caustics are traced.
@@ -93,6 +102,9 @@ impl Caustics {
             let (path, ray) = self.probes[i];
             let index = self.branch_off(path.index);
             self.anchored[index as usize] = self.anchored[path.index as usize];
+            // A probe sends one more, and that one none, or their number might double at each surface.
+            let is_first = self.may_send[path.index as usize] > 1;
+            self.may_send[index as usize] = u32::from(is_first);
             paths.push(Path { index, ..path });
             rays.push(ray);
         }
@@ -125,12 +137,22 @@ impl Caustics {
         }
     }
 
-    /// Adds an anchor of a path or branch, which goes on from there with a certain chance.
-    pub fn anchor(&mut self, index: u32, anchor: Anchor, chance: f32) {
-        self.anchored[index as usize] = (anchor.bounce, chance);
+    /// Adds an anchor of a path or branch, which goes on from there with a certain chance. Whether it may send a
+    /// probe from there.
+    pub fn anchor(&mut self, index: u32, anchor: Anchor, chance: f32) -> bool {
+        let i = index as usize;
+        self.anchored[i] = anchor.bounce;
+        let sends = self.may_send[i] > 0;
+        if sends {
+            self.sent[i] = (anchor.bounce, chance);
+            if self.may_send[i] == 1 {
+                self.may_send[i] = 0;
+            }
+        }
         let owner = self.owner(index) as usize;
         let before = std::mem::replace(&mut self.last[owner], self.anchors.len() as u32);
         self.anchors.push((anchor, before));
+        sends
     }
 
     /// The anchors of a path and its branches, the last first.
@@ -144,20 +166,22 @@ impl Caustics {
     /// Whether a path or branch has dropped an anchor at a bounce or later.
     #[inline(always)]
     pub fn is_anchored_since(&self, index: u32, bounce: u32) -> bool {
-        let (last, _) = self.anchored[index as usize];
+        let last = self.anchored[index as usize];
         last != NONE && last >= bounce
     }
 
-    /// The chance with which a path or branch went on from its last anchor.
+    /// The chance with which a path or branch went on from an anchor at a bounce or later, if it has sent a
+    /// probe from there.
     #[inline(always)]
-    pub fn chance(&self, index: u32) -> f32 {
-        self.anchored[index as usize].1
+    pub fn chance_since(&self, index: u32, bounce: u32) -> Option<f32> {
+        let (last, chance) = self.sent[index as usize];
+        (last != NONE && last >= bounce).then_some(chance)
     }
 
     /// Whether a path or branch has met nothing diffuse from which it may find a caustic.
     #[inline(always)]
     pub fn is_untouched(&self, index: u32) -> bool {
         let i = index as usize;
-        self.anchored[i].0 == NONE && self.light_shares[i] == 0.0
+        self.anchored[i] == NONE && self.light_shares[i] == 0.0
     }
 }

@@ -388,7 +388,7 @@ impl Vertices {
             let throughput = self.throughput.get(lane);
             let survival = survival(throughput);
             // A probe was sent to where it is bright.
-            let is_probe = self.is_probe[lane] & is_only(self.direction_pdf[lane]);
+            let is_probe = self.is_probe[lane] & (self.diffuse.get(lane) == Vec3::ZERO);
             let survival = if is_probe { SURVIVAL.1 } else { survival };
             if u >= survival {
                 self.direction_pdf[lane] = 0.0;

@@ -74,8 +74,8 @@ impl Vertices {
             } else {
                 1.0
             };
-            caustics.anchor(index, anchor, chance);
-            let Some(guide) = transport.guide else {
+            let sends = caustics.anchor(index, anchor, chance);
+            let Some(guide) = transport.guide.filter(|_| sends) else {
                 continue;
             };
             let sampler = self.samplers.get(lane);
@@ -121,9 +121,12 @@ impl Vertices {
         for (lane, ..) in &self.others {
             let (pdf, index) = (self.arriving_pdf[*lane], self.indices[*lane]);
             let is_first = !is_only(pdf) && is_only(self.direction_pdf[*lane]);
-            if is_first && !self.is_probe[*lane] && caustics.is_anchored_since(index, bounce - 1) {
+            if is_first
+                && !self.is_probe[*lane]
+                && let Some(chance) = caustics.chance_since(index, bounce - 1)
+            {
                 let ray = &rays[self.source(*lane)];
-                let pdf = pdf * caustics.chance(index);
+                let pdf = chance * pdf;
                 let weight = pdf / (pdf + guide.pdf(ray.origin, ray.dir));
                 self.throughput
                     .set(*lane, weight * self.throughput.get(*lane));
