@@ -103,15 +103,65 @@ material = "lamp"
 corners = [[-0.2, 0.99, 0.2], [0.2, 0.99, 0.2], [0.2, 0.99, 0.6], [-0.2, 0.99, 0.6]]
 "#;
 
+/// The same room, darker, with the lamp in the glass, and the camera between two mirrors that throw its rays to and fro
+/// before they leave: roulette may end them where they do.
+fn mirrored_at_length() -> String {
+    let mut text = MIRRORED.to_string();
+    for (from, to) in [
+        ("eye = [0, 0, 0]", "eye = [0, -0.98, 0.5]"),
+        ("target = [0, -0.1, -1]", "target = [0, 0, -0.5]"),
+        ("fov = 60", "fov = 20"),
+        ("[0.6, 0.6, 0.6]", "[0.1, 0.1, 0.1]"),
+        ("radius = 0.35", "radius = 0.5"),
+    ] {
+        assert!(text.contains(from));
+        text = text.replace(from, to);
+    }
+    text.truncate(text.rfind("[[quad]]").expect("the lamp"));
+    text += "[[sphere]]\nmaterial = \"lamp\"\ncenter = [0.2, -0.5, 1.2]\nradius = 0.4\n";
+    for z in [0.45, 0.55] {
+        let corners = [
+            [-1.0, -1.0, z],
+            [1.0, -1.0, z],
+            [1.0, -0.6, z],
+            [-1.0, -0.6, z],
+        ];
+        text += &format!("[[quad]]\nmaterial = \"mirror\"\ncorners = {corners:?}\n");
+    }
+    text
+}
+
 /// What mirrors show of caustics is found by anchors and their probes, and met by paths: the same light.
 fn caustics_in_a_mirror_are_those_of_the_room() {
-    let scene = written(MIRRORED);
+    agrees_with_mis(
+        MIRRORED,
+        &[
+            (None, Method::Caustics),
+            (None, Method::Reuse),
+            (Some(Bug::ProbesCountedTwice), Method::Caustics),
+            (Some(Bug::CausticsCountedTwice), Method::Caustics),
+            (Some(Bug::AnchorsShadeThemselves), Method::Caustics),
+            (Some(Bug::BranchesCountedTwice), Method::Caustics),
+        ],
+    );
+    agrees_with_mis(
+        &mirrored_at_length(),
+        &[
+            (None, Method::Caustics),
+            (Some(Bug::RouletteChanceOmitted), Method::Caustics),
+        ],
+    );
+}
+
+/// A method finds the light that paths alone find if and only if nothing is planted.
+fn agrees_with_mis(text: &str, cases: &[(Option<Bug>, Method)]) {
+    let scene = written(text);
     // The mean, and the variance of it.
     let mean = |method, samples| {
         let means: Vec<f64> = (0..8)
             .map(|seed| {
                 let picture = film(&view(&scene, |s| {
-                    (s.width, s.height, s.depth) = (20, 20, 6);
+                    (s.width, s.height, s.depth) = (20, 20, 9);
                     (s.method, s.samples, s.seed) = (method, samples, seed);
                 }))
                 .develop();
@@ -123,14 +173,7 @@ fn caustics_in_a_mirror_are_those_of_the_room() {
         (mean, squares / 56.0)
     };
     let (truth, variance) = mean(Method::Mis, 2048);
-    for (bug, method) in [
-        (None, Method::Caustics),
-        (None, Method::Reuse),
-        (Some(Bug::ProbesCountedTwice), Method::Caustics),
-        (Some(Bug::CausticsCountedTwice), Method::Caustics),
-        (Some(Bug::AnchorsShadeThemselves), Method::Caustics),
-        (Some(Bug::BranchesCountedTwice), Method::Caustics),
-    ] {
+    for &(bug, method) in cases {
         plant(bug);
         let (found, of_found) = mean(method, 512);
         plant(None);

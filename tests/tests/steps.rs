@@ -1,12 +1,15 @@
-//! Rays that are said to stop trees visit no more nodes and primitives than others: what they take is counted,
-//! not timed.
+//! Rays that are said to stop trees visit no more nodes and primitives than others, and paths in rooms where everything
+//! shows everything take no more rays: what they take is counted, not timed.
+
+use std::sync::atomic::AtomicBool;
 
 use glam::Vec3;
-use lightbox_core::AccelKind;
 use lightbox_core::geometry::{Geometry, Primitives};
 use lightbox_core::lab::random::Rng;
 use lightbox_core::math::Ray;
 use lightbox_core::scene::boulder;
+use lightbox_core::{AccelKind, Method};
+use lightbox_tests::{view, written};
 
 fn geometry(positions: &[Vec3], triangles: &[[u32; 3]], accel: AccelKind) -> Geometry {
     let corners = triangles.iter().map(|t| t.map(|v| positions[v as usize]));
@@ -118,4 +121,49 @@ fn v11_rays_along_an_axis_take_no_more_on_a_heightfield() {
         assert!(found > 7000 && hits > 7000, "{found} {hits}");
         assert!(steps <= 3 * usual, "{accel}: {steps} {usual}");
     }
+}
+
+/// In a room of varnish each surface is an anchor and shows others.
+#[test]
+fn probes_do_not_multiply() {
+    let mut text = r#"
+[camera]
+eye = [0, 0, 0.9]
+target = [0, 0, 0]
+fov = 60
+
+[[material]]
+name = "varnish"
+albedo = [0.999, 0.999, 0.999]
+mirror = 0.8
+
+[[material]]
+name = "lamp"
+albedo = [0, 0, 0]
+emission = [5, 5, 5]
+
+[[sphere]]
+material = "lamp"
+center = [0, 0.7, 0]
+radius = 0.1
+"#
+    .to_string();
+    for (axis, at) in (0..6).map(|side| (side / 2, [-1, 1][side % 2])) {
+        let corners = [[-1, -1], [1, -1], [1, 1], [-1, 1]].map(|[u, v]| {
+            let mut corner = [at; 3];
+            (corner[(axis + 1) % 3], corner[(axis + 2) % 3]) = (u, v);
+            corner
+        });
+        text += &format!("[[quad]]\nmaterial = \"varnish\"\ncorners = {corners:?}\n");
+    }
+    let scene = written(&text);
+    let rays = [Method::Mis, Method::Caustics].map(|method| {
+        let view = view(&scene, |s| {
+            (s.width, s.height, s.depth) = (8, 8, 100);
+            (s.method, s.samples) = (method, 2);
+        });
+        let work = view.render(&view.film(), 2, &AtomicBool::new(false));
+        work.rays as f64 / work.paths as f64
+    });
+    assert!(rays[1] < 15.0 * rays[0], "{rays:?}");
 }

@@ -39,6 +39,8 @@ pub enum Bug {
     CausticsCountedTwice,
     /// Light that probes find counts fully where camera paths run into it, too.
     ProbesCountedTwice,
+    /// The weight of what a probe finds leaves out that roulette might have ended the path.
+    RouletteChanceOmitted,
     /// What light paths bring to an anchor may be shaded by the surface that it lies on.
     AnchorsShadeThemselves,
     /// Where a path goes both ways at glass, it keeps all of the light.

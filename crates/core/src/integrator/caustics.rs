@@ -23,6 +23,17 @@ pub(super) struct Anchor {
     pub bounce: u32,
 }
 
+/// Which probes a path or branch sends. A probe sends one more and that one none, or in a room of varnish,
+/// where each surface is an anchor and shows others, their number would double at each.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Sends {
+    /// One from each anchor.
+    FromEach,
+    /// One, from the next anchor.
+    One,
+    Nothing,
+}
+
 /// What the paths of a wave keep, if caustics are traced; empty if they are not. Their branches
 /// (`vertices::branches`, and the probes of `vertices::anchors`) are numbered after all paths.
 #[derive(Debug, Default)]
@@ -30,13 +41,11 @@ pub(super) struct Caustics {
     /// Of each path and branch: [`Transport::light_share`](super::Transport::light_share) of its first
     /// surface, 0 if it did not go on from there diffusely; but see `vertices::anchors`.
     pub light_shares: Vec<f32>,
-    /// Of each: the bounce at its own last anchor, or [`NONE`].
-    anchored: Vec<u32>,
-    /// Of each: the bounce at the last anchor from which it has sent a probe, or [`NONE`], and the chance with
-    /// which it went on from there.
-    sent: Vec<(u32, f32)>,
-    /// Of each: how many probes it may send yet.
-    may_send: Vec<u32>,
+    /// Of each: the bounce at its own last anchor, or [`NONE`], and, if it sends probes from there, how many for
+    /// each time that it goes on itself.
+    anchored: Vec<(u32, Option<f32>)>,
+    /// Of each: which probes it sends.
+    sends: Vec<Sends>,
     /// Of each branch, the path.
     owners: Vec<u32>,
     /// All anchors, and for each the one of the same path before, or [`NONE`].
@@ -53,8 +62,7 @@ impl Caustics {
     pub fn clear(&mut self) {
         self.light_shares.clear();
         self.anchored.clear();
-        self.sent.clear();
-        self.may_send.clear();
+        self.sends.clear();
         self.owners.clear();
         self.anchors.clear();
         self.last.clear();
@@ -71,9 +79,8 @@ impl Caustics {
 
     fn resize(&mut self, count: usize) {
         self.light_shares.resize(count, 0.0);
-        self.anchored.resize(count, NONE);
-        self.sent.resize(count, (NONE, 1.0));
-        self.may_send.resize(count, u32::MAX);
+        self.anchored.resize(count, (NONE, None));
+        self.sends.resize(count, Sends::FromEach);
     }
 
     /// Whether caustics are traced.
@@ -87,35 +94,27 @@ impl Caustics {
         self.light_shares.len()
     }
 
-    /// The number of a new branch of a path or branch.
-    fn branch_off(&mut self, index: u32) -> u32 {
-        let branch = self.count();
-        self.owners.push(self.owner(index));
-        self.resize(branch + 1);
-        branch as u32
-    }
-
     /// Sends probes and branches on their way, with numbers of their own. All probes come first, so that
     /// the order of those of one path does not depend on the other paths of the wave.
     pub fn send(&mut self, paths: &mut Vec<Path>, rays: &mut Vec<Ray>) {
-        for i in 0..self.probes.len() {
-            let (path, ray) = self.probes[i];
-            let index = self.branch_off(path.index);
-            self.anchored[index as usize] = self.anchored[path.index as usize];
-            // A probe sends one more, and that one none, or their number might double at each surface.
-            let is_first = self.may_send[path.index as usize] > 1;
-            self.may_send[index as usize] = u32::from(is_first);
+        let mut probes = std::mem::take(&mut self.probes);
+        let mut branches = std::mem::take(&mut self.branches);
+        for (path, ray) in probes.drain(..).chain(branches.drain(..)) {
+            let (sender, index) = (path.index as usize, self.count());
+            self.owners.push(self.owner(path.index));
+            self.resize(index + 1);
+            if path.is_probe {
+                self.anchored[index] = self.anchored[sender];
+                self.sends[index] = match self.sends[sender] {
+                    Sends::FromEach => Sends::One,
+                    Sends::One | Sends::Nothing => Sends::Nothing,
+                };
+            }
+            let index = index as u32;
             paths.push(Path { index, ..path });
             rays.push(ray);
         }
-        for i in 0..self.branches.len() {
-            let (path, ray) = self.branches[i];
-            let index = self.branch_off(path.index);
-            paths.push(Path { index, ..path });
-            rays.push(ray);
-        }
-        self.probes.clear();
-        self.branches.clear();
+        (self.probes, self.branches) = (probes, branches);
     }
 
     /// The path of a path or branch.
@@ -137,17 +136,14 @@ impl Caustics {
         }
     }
 
-    /// Adds an anchor of a path or branch, which goes on from there with a certain chance. Whether it may send a
-    /// probe from there.
-    pub fn anchor(&mut self, index: u32, anchor: Anchor, chance: f32) -> bool {
+    /// Adds an anchor of a path or branch. Whether it sends probes from there, so many for each time that it goes on
+    /// itself.
+    pub fn anchor(&mut self, index: u32, anchor: Anchor, probes: f32) -> bool {
         let i = index as usize;
-        self.anchored[i] = anchor.bounce;
-        let sends = self.may_send[i] > 0;
-        if sends {
-            self.sent[i] = (anchor.bounce, chance);
-            if self.may_send[i] == 1 {
-                self.may_send[i] = 0;
-            }
+        let sends = self.sends[i] != Sends::Nothing;
+        self.anchored[i] = (anchor.bounce, sends.then_some(probes));
+        if self.sends[i] == Sends::One {
+            self.sends[i] = Sends::Nothing;
         }
         let owner = self.owner(index) as usize;
         let before = std::mem::replace(&mut self.last[owner], self.anchors.len() as u32);
@@ -166,22 +162,22 @@ impl Caustics {
     /// Whether a path or branch has dropped an anchor at a bounce or later.
     #[inline(always)]
     pub fn is_anchored_since(&self, index: u32, bounce: u32) -> bool {
-        let last = self.anchored[index as usize];
+        let (last, _) = self.anchored[index as usize];
         last != NONE && last >= bounce
     }
 
-    /// The chance with which a path or branch went on from an anchor at a bounce or later, if it has sent a
-    /// probe from there.
+    /// How many probes a path or branch has sent from an anchor at a bounce or later, for each time that it went on
+    /// itself.
     #[inline(always)]
-    pub fn chance_since(&self, index: u32, bounce: u32) -> Option<f32> {
-        let (last, chance) = self.sent[index as usize];
-        (last != NONE && last >= bounce).then_some(chance)
+    pub fn probes_since(&self, index: u32, bounce: u32) -> Option<f32> {
+        let (_, probes) = self.anchored[index as usize];
+        probes.filter(|_| self.is_anchored_since(index, bounce))
     }
 
     /// Whether a path or branch has met nothing diffuse from which it may find a caustic.
     #[inline(always)]
     pub fn is_untouched(&self, index: u32) -> bool {
         let i = index as usize;
-        self.anchored[i] == NONE && self.light_shares[i] == 0.0
+        self.anchored[i].0 == NONE && self.light_shares[i] == 0.0
     }
 }

@@ -38,7 +38,8 @@ use crate::work::{Stage, Stopwatch};
 
 mod marks;
 
-/// Every second of the pixels of a row that are [`APART`] has light paths: their number in the row.
+/// Of each two neighbours of a group in a row of pixels, [`APART`] from each other, the first has light paths: its
+/// number among those of the row.
 pub(crate) fn column(x: u32) -> Option<u32> {
     let has = (x / APART).is_multiple_of(2);
     has.then(|| x / (2 * APART) * APART + x % APART)

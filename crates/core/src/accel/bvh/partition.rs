@@ -81,7 +81,7 @@ impl Task for Partition<'_> {
                 let [mut low, mut high] = centers.map(|b| L::load(&b.0));
                 for i in 0..refs.len() {
                     let center = refs[i].center::<L>();
-                    let is_below = bin_at(grid.place(center)[axis & 7], bins) < above;
+                    let is_below = bin_at(grid.place(center)[axis], bins) < above;
                     let [to_low, to_high] =
                         [[f32::INFINITY, 0.0], [0.0, f32::INFINITY]][usize::from(is_below)];
                     low = low.min(center.add(L::splat(to_low)));

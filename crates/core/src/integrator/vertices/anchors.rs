@@ -74,13 +74,17 @@ impl Vertices {
             } else {
                 1.0
             };
-            let sends = caustics.anchor(index, anchor, chance);
+            // A probe is sent as often as a path would scatter diffusely.
+            let sends = caustics.anchor(index, anchor, diffuse_share / chance);
             let Some(guide) = transport.guide.filter(|_| sends) else {
                 continue;
             };
             let sampler = self.samplers.get(lane);
             let origin = point.leave(n);
-            let pick = sampler.get_1d(Dim::GuidePick(bounce));
+            let pick = sampler.get_1d(Dim::GuidePick(bounce)) / diffuse_share;
+            if pick >= 1.0 {
+                continue;
+            }
             let u = sampler.get_2d(Dim::GuideDirection(bounce));
             let Some((dir, pdf)) = guide.sample(origin, pick, u) else {
                 continue;
@@ -91,12 +95,14 @@ impl Vertices {
             }
             let by_path = if planted::has(Bug::ProbesCountedTwice) {
                 0.0
+            } else if planted::has(Bug::RouletteChanceOmitted) {
+                cos * FRAC_1_PI
             } else {
-                chance * diffuse_share * cos * FRAC_1_PI
+                chance * cos * FRAC_1_PI
             };
             let probe = Path {
                 sampler,
-                throughput: f * (cos / (pdf + by_path)),
+                throughput: f * (cos / (diffuse_share * (pdf + by_path))),
                 direction_pdf: pdf,
                 index,
                 is_probe: true,
@@ -123,11 +129,10 @@ impl Vertices {
             let is_first = !is_only(pdf) && is_only(self.direction_pdf[*lane]);
             if is_first
                 && !self.is_probe[*lane]
-                && let Some(chance) = caustics.chance_since(index, bounce - 1)
+                && let Some(probes) = caustics.probes_since(index, bounce - 1)
             {
                 let ray = &rays[self.source(*lane)];
-                let pdf = chance * pdf;
-                let weight = pdf / (pdf + guide.pdf(ray.origin, ray.dir));
+                let weight = pdf / (pdf + probes * guide.pdf(ray.origin, ray.dir));
                 self.throughput
                     .set(*lane, weight * self.throughput.get(*lane));
             }
