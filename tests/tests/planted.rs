@@ -3,7 +3,7 @@
 
 use lightbox_core::agreement::{Agreement, Light};
 use lightbox_core::planted::{Bug, plant};
-use lightbox_core::{Film, Method, lab};
+use lightbox_core::{Film, Filter, FilterKind, Method, lab};
 use lightbox_tests::{built, film, shipped, view, written};
 
 /// Defects and the case that must find each.
@@ -43,6 +43,61 @@ fn every_planted_defect_is_found_by_the_case_meant_for_it() {
     agreement_sees_biased_methods();
     what_is_shared_falls_where_it_belongs();
     caustics_in_a_mirror_are_those_of_the_room();
+    outlines_of_lamps_settle_where_they_belong();
+}
+
+/// A lamp and a mirror that shows it, and nothing else.
+const LAMP: &str = r#"
+[camera]
+eye = [0, 0, 4]
+target = [0, 0, 0]
+fov = 40
+
+[[material]]
+name = "lamp"
+albedo = [0, 0, 0]
+emission = [50, 50, 50]
+
+[[material]]
+name = "mirror"
+mirror = 0.9
+
+[[quad]]
+material = "lamp"
+corners = [[-0.7, 0.11, 0], [0.7, 0.2, 0], [0.7, 0.93, 0], [-0.7, 0.8, 0]]
+
+[[quad]]
+material = "mirror"
+corners = [[-1, -0.1, 2], [1, -0.1, 2], [1, -0.1, -2], [-1, -0.1, -2]]
+"#;
+
+/// Lamps that are seen, straight or by mirrors, are as large as ever, and their outlines take fewer samples.
+fn outlines_of_lamps_settle_where_they_belong() {
+    let scene = written(LAMP);
+    for kind in [FilterKind::Box, FilterKind::Gaussian] {
+        let picture = |method, samples| {
+            film(&view(&scene, |s| {
+                (s.width, s.height) = (40, 40);
+                (s.method, s.samples, s.filter) = (method, samples, Filter::new(kind));
+            }))
+            .develop()
+            .pixels
+        };
+        let truth = picture(Method::Naive, 1 << 14);
+        let error = |method| {
+            let pixels = picture(method, 64);
+            let errors = pixels.iter().zip(&truth).map(|(a, b)| (a.y - b.y).powi(2));
+            errors.sum::<f32>()
+        };
+        let naive = error(Method::Naive);
+        for bug in [None, Some(Bug::SightedTwice)] {
+            plant(bug);
+            let mis = error(Method::Mis);
+            plant(None);
+            let settles = mis < naive / 15.0;
+            assert_eq!(settles, bug.is_none(), "{kind:?}, {bug:?}: {naive} {mis}");
+        }
+    }
 }
 
 /// A room with a glass sphere, seen in a mirror that fills the picture and is a caster itself.

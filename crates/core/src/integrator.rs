@@ -20,7 +20,8 @@
 //! a point on a light is found, not met. Light that a path then runs into that way, diffuse, mirror
 //! sphere, light, does not count.
 //!
-//! The background is not aimed at: it counts fully in every method.
+//! The background is not aimed at: it counts fully in every method. Where a path has sights (`render/outlines.rs`), lamps that mirrors
+//! or nothing show to the camera count for these instead.
 //!
 //! Paths advance together, a bounce at a time, as a wave: all their rays are cast, then all
 //! hits are shaded, `GROUP` side by side, then all shadow rays are cast. No path sees another, but for
@@ -74,15 +75,27 @@ struct Path {
     direction_pdf: f32,
     /// Where its radiance is added up.
     index: u32,
-    /// Whether a guide has sent it (`vertices::anchors`), and it has met nothing but mirror and glass since.
-    is_probe: bool,
+    kind: Kind,
+}
+
+/// What a path is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    /// All light.
+    Whole,
+    /// As that, but lamps that mirrors or nothing show are left to sights, and it has met only mirrors so far.
+    Sighted,
+    /// Lamps that mirrors or nothing show.
+    Sight,
+    /// A guide has sent it (`vertices::anchors`), and it has met nothing but mirror and glass since.
+    Probe,
 }
 
 impl Path {
     /// Whether it was sent to meet mirror or glass, and what it meets first is that or nothing.
     #[inline(always)]
     fn is_blind(&self) -> bool {
-        self.is_probe && !is_only(self.direction_pdf)
+        self.kind == Kind::Probe && !is_only(self.direction_pdf)
     }
 }
 
@@ -152,10 +165,27 @@ impl Wave {
             throughput: Vec3::ONE,
             direction_pdf: ONLY,
             index: self.radiance.len() as u32,
-            is_probe: false,
+            kind: Kind::Whole,
         });
         self.rays.push(ray);
         self.radiance.push(Vec3::ZERO);
+    }
+
+    /// Adds sights of the path that was added last.
+    pub fn push_sights(&mut self, rays: impl ExactSizeIterator<Item = Ray>) {
+        let Some(path) = self.paths.last_mut() else {
+            return;
+        };
+        path.kind = Kind::Sighted;
+        let sight = Path {
+            throughput: Vec3::splat(1.0 / rays.len() as f32),
+            kind: Kind::Sight,
+            ..*path
+        };
+        for ray in rays {
+            self.paths.push(sight);
+            self.rays.push(ray);
+        }
     }
 
     /// Forgets all paths.
@@ -219,7 +249,7 @@ impl Wave {
         self.begin_caustics(transport);
         self.left = 0.0;
         if transport.method == Method::Reuse && self.reuse.has_groups() {
-            self.reuse.begin(self.radiance.len());
+            self.reuse.extend(self.radiance.len());
         }
         for bounce in 0..if is_followed { UNLIMITED } else { depth } {
             if self.paths.is_empty() {
@@ -398,7 +428,9 @@ impl Wave {
             self.radiance.resize(count, Vec3::ZERO);
             if self.reuse.is_on() {
                 self.reuse.extend(count);
-                let probes = self.paths[kept..].iter().filter(|path| path.is_probe);
+                let probes = self.paths[kept..]
+                    .iter()
+                    .filter(|path| path.kind == Kind::Probe);
                 probes.for_each(|probe| self.reuse.stays(probe.index, bounce));
             }
         }

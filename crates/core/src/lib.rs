@@ -20,7 +20,7 @@
 //!   [`integrator`], and adds it to the tile; a finished tile is merged into the [`Film`]. Where
 //!   something mirrors or refracts, each sample also traces a path from a lamp, and what the
 //!   camera sees of it lands in whatever pixel that is, or in its own where the camera sees it in
-//!   a mirror.
+//!   a mirror. Pixels that outlines of lamps cross look at lamps with camera rays of their own.
 //! - [`Film::develop`] turns sums into an [`Image`], [`color::ToneMap`] an image into what a
 //!   screen shows, [`image_io`] writes files.
 //! - A slice of the samples, rendered on another machine or in another sitting, is kept in a file

@@ -43,6 +43,8 @@ pub enum Bug {
     RouletteChanceOmitted,
     /// What light paths bring to an anchor may be shaded by the surface that it lies on.
     AnchorsShadeThemselves,
+    /// Lamps that are left to sights count where the path runs into them, too.
+    SightedTwice,
     /// Where a path goes both ways at glass, it keeps all of the light.
     BranchesCountedTwice,
     /// Reused light is shared without the cosine at the surface that it leaves.

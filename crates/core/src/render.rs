@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rayon::prelude::*;
 
 use crate::camera::Camera;
-use crate::film::{APART, Film, Followed, Splat, Tile, TileRect, is_followed};
+use crate::film::{APART, Film, Followed, Splat, TILE, Tile, TileRect, is_followed};
 use crate::filter::FilterSampler;
 use crate::integrator::light_paths::{LightWave, column, columns};
 use crate::integrator::reuse::MOST;
@@ -15,8 +15,10 @@ use crate::sampler::{Dim, Sampler};
 use crate::scene::Scene;
 use crate::settings::{AccelKind, Method, RenderSettings, SamplerKind};
 use crate::work::{Stage, Stopwatch, Work};
+use outlines::Outlines;
 
 pub mod autopsy;
+mod outlines;
 
 /// Paths that advance together: as many as rays that go through the tree in one batch.
 const WAVE: usize = 4096;
@@ -28,10 +30,11 @@ pub struct View {
     pub scene: std::sync::Arc<Scene>,
     /// From where.
     pub camera: Camera,
-    /// How.
+    /// How. Another size, filter or method takes another view.
     pub settings: RenderSettings,
     filter: FilterSampler,
     plan: Plan,
+    outlines: std::sync::Arc<Outlines>,
 }
 
 /// A sample on its way: where it lies in the tile, and what is drawn for it.
@@ -90,6 +93,7 @@ impl View {
             settings,
             filter: FilterSampler::new(settings.filter),
             plan,
+            outlines: std::sync::Arc::new(Outlines::new([settings.width, settings.height])),
         })
     }
 
@@ -258,6 +262,7 @@ impl View {
         let (left, top) = (batch.rect.x, batch.rect.y);
         wave.clear();
         places.clear();
+        let outlined = self.outlined([left, top]);
         while places.len() + MOST <= WAVE
             && let Some((group, sample)) = todo.next()
         {
@@ -277,8 +282,9 @@ impl View {
         watch.lap(Stage::Filter);
         for place in &*places {
             let [x, y] = place.pixel;
-            let ray = self.camera.ray([left + x, top + y], place.offset);
-            wave.push(ray, place.sampler);
+            let is_outlined = outlined.get((y * TILE + x) as usize) == Some(&true);
+            let pixel = [left + x, top + y];
+            self.begin(wave, pixel, place.sampler, place.offset, is_outlined);
         }
         watch.lap(Stage::Camera);
         let transport = self.transport();
@@ -293,6 +299,21 @@ impl View {
         }
         bench.watch.lap(Stage::Filter);
         Some(bench.places.len() as u64)
+    }
+
+    /// Adds the camera path of a sample of a pixel, which may be on the outline of a lamp, to a wave.
+    fn begin(
+        &self,
+        wave: &mut Wave,
+        pixel: [u32; 2],
+        sampler: Sampler,
+        offset: [f32; 2],
+        is_outlined: bool,
+    ) {
+        wave.push(self.camera.ray(pixel, offset), sampler);
+        if is_outlined {
+            wave.push_sights(self.sights(pixel, sampler));
+        }
     }
 
     /// Traces the light paths of a wave; `None` if `cancel` was set meanwhile.

@@ -14,6 +14,8 @@ use crate::settings::SamplerKind;
 pub enum Dim {
     /// Position in the pixel filter.
     Pixel,
+    /// Positions of more camera rays there.
+    Sights,
     /// Direction of the BSDF at a bounce (the first surface is bounce 0).
     BsdfDirection(u32),
     /// Lobe of the BSDF.
@@ -39,6 +41,7 @@ impl Dim {
     fn index(self) -> u32 {
         match self {
             Self::Pixel => 0,
+            Self::Sights => u32::MAX >> 1,
             Self::BsdfDirection(b) => b.wrapping_mul(5).wrapping_add(1),
             Self::Lobe(b) => b.wrapping_mul(5).wrapping_add(2),
             Self::Roulette(b) => b.wrapping_mul(5).wrapping_add(3),
@@ -75,6 +78,14 @@ impl Sampler {
             key,
             index: index as u32,
         }
+    }
+
+    /// Of `count` times as many samples, those that stand for this one.
+    pub(crate) fn split(self, count: u32) -> impl ExactSizeIterator<Item = Self> {
+        (0..count).map(move |i| Self {
+            index: self.index.wrapping_mul(count).wrapping_add(i),
+            ..self
+        })
     }
 
     #[inline(always)]

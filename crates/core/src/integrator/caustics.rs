@@ -2,7 +2,7 @@
 
 use glam::Vec3;
 
-use super::Path;
+use super::{Kind, Path};
 use crate::geometry::SurfacePoint;
 use crate::math::Ray;
 
@@ -103,7 +103,7 @@ impl Caustics {
             let (sender, index) = (path.index as usize, self.count());
             self.owners.push(self.owner(path.index));
             self.resize(index + 1);
-            if path.is_probe {
+            if path.kind == Kind::Probe {
                 self.anchored[index] = self.anchored[sender];
                 self.sends[index] = match self.sends[sender] {
                     Sends::FromEach => Sends::One,

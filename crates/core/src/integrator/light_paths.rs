@@ -26,7 +26,7 @@ use glam::Vec3;
 
 use super::caustics::Caustics;
 use super::vertices::Vertices;
-use super::{AIMED_AT, Path, Transport, Wave, is_only, power_heuristic};
+use super::{AIMED_AT, Kind, Path, Transport, Wave, is_only, power_heuristic};
 use crate::film::APART;
 use crate::geometry::Hit;
 use crate::light::Mark;
@@ -144,7 +144,7 @@ impl LightWave {
             throughput: Vec3::ONE,
             direction_pdf,
             index,
-            is_probe: false,
+            kind: Kind::Whole,
         });
         self.rays.push(Ray::new(from.leave(dir), dir));
     }

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::reuse::Surface;
-use super::{AIMED_AT, ONLY, Path, Transport, Wave, is_only, power_heuristic};
+use super::{AIMED_AT, Kind, ONLY, Path, Transport, Wave, is_only, power_heuristic};
 use crate::bsdf::Bsdf;
 use crate::geometry::SurfacePoint;
 use crate::math::{GROUP, Ray};
@@ -18,6 +18,7 @@ impl Transport<'_> {
         let pdf = path.direction_pdf;
         match self.method {
             _ if path.is_blind() => 0.0,
+            _ if path.kind == Kind::Sighted => f32::from(planted::has(Bug::SightedTwice)),
             Method::Naive => 1.0,
             _ if pdf == AIMED_AT => f32::from(planted::has(Bug::DetoursCountedTwice)),
             _ if is_only(pdf) => 1.0,
@@ -56,7 +57,7 @@ impl Wave {
         let (paths, rays, hits) = (&paths[first..end], &rays[first..end], &hits[first..end]);
         let is_on = reuse.is_on();
         vertices.gather(scene, paths, rays, hits, |path| {
-            if !path.is_blind() {
+            if !path.is_blind() && path.kind != Kind::Sight {
                 let light = path.throughput * scene.background();
                 reuse.meets(radiance, path.index, bounce, light, false);
             }
@@ -69,7 +70,11 @@ impl Wave {
             let point = vertices.points.get(lane);
             let front = ray.dir.dot(point.n) < 0.0;
             let material = scene.material(hit.prim);
-            if front != planted::has(Bug::OneSidedFlagFlipped) && material.emits() {
+            let is_lit = front != planted::has(Bug::OneSidedFlagFlipped) && material.emits();
+            let is_sight = path.kind == Kind::Sight;
+            if is_lit && is_sight {
+                radiance[path.index as usize] += path.throughput * material.emission;
+            } else if is_lit {
                 let index = path.index as usize;
                 // What light paths do not reach beyond the depth is not left to them.
                 let shares = bounce < transport.depth && path.direction_pdf == ONLY;
@@ -101,7 +106,12 @@ impl Wave {
             if !is_last {
                 let n = if front { point.n } else { -point.n };
                 let bsdf = material.bsdf(|| scene.primitives().uv(hit));
-                if is_on && !path.is_blind() && matches!(bsdf, Bsdf::Diffuse(_)) {
+                let bsdf = match bsdf {
+                    Bsdf::Mirror(_) => bsdf,
+                    _ if is_sight => Bsdf::Diffuse(Vec3::ZERO),
+                    _ => bsdf,
+                };
+                if is_on && !is_sight && !path.is_blind() && matches!(bsdf, Bsdf::Diffuse(_)) {
                     let second = Surface { point, n };
                     reuse.arrives(path.index, bounce, second, hit.prim);
                 }

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::Vec3;
 
-use super::{Step, Transport, Wave};
+use super::{Kind, Step, Transport, Wave};
 use crate::plan::Part;
 pub(crate) use tale::Tale;
 pub use tale::{Aim, Segment};
@@ -111,7 +111,7 @@ impl Wave {
             if self.paths.is_empty() {
                 break;
             }
-            for path in &self.paths {
+            for path in self.paths.iter().filter(|path| path.kind != Kind::Sight) {
                 lengths[self.caustics.owner(path.index) as usize] += 1;
             }
             transport.scene.intersect_all(&self.rays, &mut self.hits);

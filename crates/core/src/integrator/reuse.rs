@@ -102,18 +102,13 @@ impl Reuse {
     pub fn clear(&mut self) {
         self.ends.clear();
         self.bonds.clear();
+        self.heads.clear();
+        self.later.clear();
     }
 
     /// Ends a group of paths, `count` in all up to now.
     pub fn end_group(&mut self, count: usize) {
         self.ends.push(count as u32);
-    }
-
-    /// Makes ready for the paths of all groups.
-    pub fn begin(&mut self, count: usize) {
-        self.heads.clear();
-        self.later.clear();
-        self.extend(count);
     }
 
     /// Makes ready for so many paths in all; those after all groups take from none and give to none.

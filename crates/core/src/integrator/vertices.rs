@@ -8,7 +8,7 @@ use glam::Vec3;
 
 use super::caustics::Caustics;
 use super::reuse::{Reuse, Surface};
-use super::{AIMED_AT, ONLY, Path, ShadowRay, Transport, is_only, power_heuristic};
+use super::{AIMED_AT, Kind, ONLY, Path, ShadowRay, Transport, is_only, power_heuristic};
 use crate::bsdf::{Bsdf, diffuse_direction};
 use crate::geometry::{Hit, Place, SurfacePoint, SurfacePoints};
 use crate::light::LightSamples;
@@ -43,7 +43,7 @@ pub(super) struct Vertices {
     /// Where its radiance is added up.
     pub indices: [u32; GROUP],
     samplers: Samplers,
-    is_probe: [bool; GROUP],
+    kinds: [Kind; GROUP],
     pub throughput: Vectors,
     /// Away from the surface, to where the path comes from.
     wo: Vectors,
@@ -89,7 +89,7 @@ impl Default for Vertices {
             sources: [0; GROUP],
             indices: [0; GROUP],
             samplers: Samplers::default(),
-            is_probe: [false; GROUP],
+            kinds: [Kind::Whole; GROUP],
             throughput: vectors,
             wo: vectors,
             triangles: [vectors; 3],
@@ -141,7 +141,7 @@ impl Vertices {
         self.sources[lane] = source as u32;
         self.indices[lane] = path.index;
         self.samplers.set(lane, &path.sampler);
-        self.is_probe[lane] = path.is_probe;
+        self.kinds[lane] = path.kind;
         self.throughput.set(lane, path.throughput);
         self.arriving_pdf[lane] = path.direction_pdf;
         self.wo.set(lane, -ray.dir);
@@ -290,6 +290,9 @@ impl Vertices {
             let u = || sampler.get_2d(Dim::BsdfDirection(bounce));
             self.direction_pdf[lane] = 0.0;
             let (wo, n) = (self.wo.get(lane), self.n.get(lane));
+            if !matches!(bsdf, Bsdf::Mirror(_)) && self.kinds[lane] == Kind::Sighted {
+                self.kinds[lane] = Kind::Whole;
+            }
             if let Some(sample) = bsdf.sample(wo, n, *front, lobe, u) {
                 let is_specular = sample.specular && !planted::has(Bug::MirrorWeighted);
                 let is_aimed_at = was_detour
@@ -297,7 +300,11 @@ impl Vertices {
                     && (*front && primitives.is_sphere(*prim))
                     && bsdf.mirror() != Vec3::ZERO;
                 self.direction_pdf[lane] = match is_specular {
-                    false if self.is_probe[lane] && !is_only(self.arriving_pdf[lane]) => 0.0,
+                    false
+                        if self.kinds[lane] == Kind::Probe && !is_only(self.arriving_pdf[lane]) =>
+                    {
+                        0.0
+                    }
                     true if is_aimed_at => AIMED_AT,
                     true => ONLY,
                     false => sample.pdf,
@@ -388,7 +395,8 @@ impl Vertices {
             let throughput = self.throughput.get(lane);
             let survival = survival(throughput);
             // A probe was sent to where it is bright.
-            let is_probe = self.is_probe[lane] & (self.diffuse.get(lane) == Vec3::ZERO);
+            let is_probe =
+                (self.kinds[lane] == Kind::Probe) & (self.diffuse.get(lane) == Vec3::ZERO);
             let survival = if is_probe { SURVIVAL.1 } else { survival };
             if u >= survival {
                 self.direction_pdf[lane] = 0.0;
@@ -407,7 +415,11 @@ impl Vertices {
             throughput: self.throughput.get(lane),
             direction_pdf: self.direction_pdf[lane],
             index: self.indices[lane],
-            is_probe: self.is_probe[lane] && is_only(self.direction_pdf[lane]),
+            kind: if is_only(self.direction_pdf[lane]) {
+                self.kinds[lane]
+            } else {
+                Kind::Whole
+            },
         }
     }
 

@@ -261,12 +261,14 @@ corners = [[9, -40, 1], [-9, -40, 1], [-9, 40, 1], [9, 40, 1]]
                     (false, true) => continue,
                     (false, false) => light,
                 };
-                wrong += u32::from(*p != expected);
+                // A mean of equal numbers may be off by its last bit.
+                let off = (*p - expected).abs().cmpgt(f32::EPSILON * expected);
+                wrong += u32::from(off.any());
             }
         }
     }
     vec![Figure {
-        what: "pixels that do not show exactly L or ρL, all methods, depths 1 and 2",
+        what: "pixels that do not show L or ρL to the last bit, all methods, depths 1 and 2",
         naive: None,
         lightbox: wrong.into(),
         bound: Bound::Exactly(0.0),

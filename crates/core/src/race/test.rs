@@ -208,9 +208,14 @@ fn disagreement_is_found_and_noise_is_not() {
 fn light_that_was_not_met_yet_is_no_disagreement() {
     use crate::agreement::Agreement;
     let light = |method, samples, seed| {
-        let mut view = cornell(method);
-        (view.settings.width, view.settings.height) = (96, 96);
-        view.settings.seed = seed;
+        let View {
+            scene,
+            mut settings,
+            ..
+        } = cornell(method);
+        (settings.width, settings.height, settings.seed) = (96, 96, seed);
+        let camera = scene.desc().camera;
+        let view = View::new(scene, &camera, settings).unwrap();
         let film = view.film();
         view.render(&film, samples, &AtomicBool::new(false));
         Light::of(&film).unwrap()

@@ -112,7 +112,7 @@ impl View {
     ) -> Option<Autopsy> {
         let mut wave = Wave::default();
         for sample in samples {
-            self.begin(&mut wave, pixel, sample);
+            self.begin_sample(&mut wave, pixel, sample);
         }
         let mut autopsy = Autopsy::default();
         let radiances =
@@ -126,7 +126,7 @@ impl View {
     pub fn path(&self, pixel: [u32; 2], sample: u64) -> (Vec<Segment>, Vec3) {
         let (mut tale, never) = (Tale::default(), AtomicBool::new(false));
         let mut wave = Wave::default();
-        self.begin(&mut wave, pixel, sample);
+        self.begin_sample(&mut wave, pixel, sample);
         let radiances = wave.replay(&self.transport(), &never, |_| (), Some(&mut tale));
         let radiance = radiances.and_then(|r| r.first()).copied();
         (tale.into_segments(), radiance.unwrap_or_default())
@@ -143,7 +143,7 @@ impl View {
             wave.clear();
             for pixel in pixels {
                 for sample in 0..samples {
-                    self.begin(&mut wave, *pixel, u64::from(sample));
+                    self.begin_sample(&mut wave, *pixel, u64::from(sample));
                 }
             }
             let lengths = wave.lengths(&self.transport(), LENGTHS as u32);
@@ -154,10 +154,10 @@ impl View {
     }
 
     /// Adds the camera path of a sample.
-    fn begin(&self, wave: &mut Wave, pixel: [u32; 2], sample: u64) {
+    fn begin_sample(&self, wave: &mut Wave, pixel: [u32; 2], sample: u64) {
         let sampler = Sampler::new(self.settings.sampler, self.settings.seed, pixel, sample);
         let (offset, _) = self.filter.sample(sampler.get_2d(Dim::Pixel));
-        wave.push(self.camera.ray(pixel, offset), sampler);
+        self.begin(wave, pixel, sampler, offset, self.is_outlined(pixel));
     }
 }
 
@@ -208,7 +208,7 @@ mod tests {
             for pixel in [[12, 9], [3, 16], [20, 2], [11, 13]] {
                 let mut wave = Wave::default();
                 for sample in 5..69 {
-                    view.begin(&mut wave, pixel, sample);
+                    view.begin_sample(&mut wave, pixel, sample);
                 }
                 let mut watch = Stopwatch::start();
                 let traced = wave.trace(&view.transport(), &never, &mut 0, &mut watch, None);

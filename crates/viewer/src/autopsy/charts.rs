@@ -225,7 +225,8 @@ fn table(ui: &mut Ui, findings: &Findings) {
 fn tip(strategy: Strategy) -> &'static str {
     match strategy {
         Strategy::Met => {
-            "The path ran into a lamp, or left for the background; also what probes by way of mirrors or glass found."
+            "The path ran into a lamp, or left for the background; also what probes found by way of mirrors or glass, and what more camera rays \
+             see of the outline of a lamp."
         }
         Strategy::Aimed => "A point of a lamp was aimed at from a surface.",
         Strategy::ByMirror => "A lamp was aimed at by way of a mirror sphere.",

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 use super::Strategy;
-use crate::integrator::Wave;
+use crate::integrator::{Kind, Wave};
 use crate::math::Ray;
 
 /// Light that a path has looked for.
@@ -41,7 +41,7 @@ pub struct Segment {
     pub end: Option<(Vec3, u32)>,
     /// The share of what is found at its end that the camera gets.
     pub throughput: Vec3,
-    /// Light of the surface there, or of the background, W/(m²·sr).
+    /// Light of the surface there, or of the background, W/(m²·sr), and what sights saw of lamps so far away.
     pub met: Vec3,
     /// Lamps aimed at from there.
     pub aims: Vec<Aim>,
@@ -73,6 +73,9 @@ impl Tale {
         self.first = self.segments.len();
         self.had.clone_from(&wave.radiance);
         for ((path, ray), hit) in wave.paths.iter().zip(&wave.rays).zip(&wave.hits) {
+            if path.kind == Kind::Sight {
+                continue;
+            }
             let end = hit.map(|hit| (ray.at(hit.t), hit.prim));
             let segment = Segment {
                 number: bounce + 1,

@@ -26,7 +26,7 @@ use crate::geometry::Hit;
 use crate::integrator::caustics::{Anchor, Caustics};
 use crate::integrator::light_paths::NOTHING;
 use crate::integrator::reuse::Reuse;
-use crate::integrator::{Path, Transport, is_only};
+use crate::integrator::{Kind, Path, Transport, is_only};
 use crate::math::Ray;
 use crate::planted::{self, Bug};
 use crate::sampler::Dim;
@@ -105,7 +105,7 @@ impl Vertices {
                 throughput: f * (cos / (diffuse_share * (pdf + by_path))),
                 direction_pdf: pdf,
                 index,
-                is_probe: true,
+                kind: Kind::Probe,
             };
             caustics.probes.push((probe, Ray::new(origin, dir)));
         }
@@ -128,7 +128,7 @@ impl Vertices {
             let (pdf, index) = (self.arriving_pdf[*lane], self.indices[*lane]);
             let is_first = !is_only(pdf) && is_only(self.direction_pdf[*lane]);
             if is_first
-                && !self.is_probe[*lane]
+                && self.kinds[*lane] != Kind::Probe
                 && let Some(probes) = caustics.probes_since(index, bounce - 1)
             {
                 let ray = &rays[self.source(*lane)];

@@ -9,7 +9,7 @@
 use super::Vertices;
 use crate::bsdf::{Bsdf, through_glass};
 use crate::integrator::caustics::Caustics;
-use crate::integrator::{ONLY, Path};
+use crate::integrator::{Kind, ONLY, Path};
 use crate::math::Ray;
 use crate::planted::{self, Bug};
 
@@ -27,7 +27,7 @@ impl Vertices {
                 continue;
             };
             if self.direction_pdf[lane] == 0.0
-                || self.is_probe[lane]
+                || self.kinds[lane] == Kind::Probe
                 || !caustics.is_untouched(index)
             {
                 continue;
@@ -55,7 +55,7 @@ impl Vertices {
                 throughput: other * throughput,
                 direction_pdf: ONLY,
                 index,
-                is_probe: false,
+                kind: Kind::Whole,
             };
             let wi = wi.normalize();
             let origin = self.points.get(lane).leave(wi);
