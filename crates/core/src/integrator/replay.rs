@@ -85,6 +85,9 @@ impl Wave {
                 tale.begin_step(self, bounce);
             }
             self.shade(transport, bounce, step);
+            if let Some(tale) = &mut tale {
+                tale.tell_met(self);
+            }
             tell(self, Strategy::Met, bounce + 1);
             let free = self.take_shadow_rays(transport);
             tell(self, Strategy::Aimed, bounce + 2);

@@ -358,6 +358,10 @@ mod tests {
                 }
                 let mut sum = Vec3::ZERO;
                 for segment in &segments {
+                    let emits = |(_, prim)| view.scene.material(prim).emits();
+                    if !segment.end.is_none_or(emits) && !view.is_outlined([12, 12]) {
+                        assert_eq!(segment.met, Vec3::ZERO);
+                    }
                     sum += segment.met;
                     detours += segment.aims.iter().filter(|aim| aim.by.is_some()).count();
                     let free = segment.aims.iter().filter(|aim| aim.is_free);

@@ -91,18 +91,22 @@ impl Tale {
         }
     }
 
+    /// Tells what the paths have just run into.
+    pub fn tell_met(&mut self, wave: &Wave) {
+        for (index, segment) in &mut self.segments[self.first..] {
+            let i = *index as usize;
+            segment.met = wave.radiance[i] - self.had[i];
+        }
+    }
+
     /// Tells which lamps were just aimed at; `free` says which shadow rays were, `aimed` is what each path
     /// had found before the detours.
     pub fn tell_aims(&mut self, wave: &Wave, free: &[bool], aimed: &[Vec3]) {
         let end = |ray: &Ray| ray.at(ray.t_max);
         for (index, segment) in &mut self.segments[self.first..] {
             let i = *index as usize;
-            let mut met = aimed[i] - self.had[i];
             let rays = wave.shadow_rays.iter().zip(free);
             for (ray, is_free) in rays.filter(|(ray, _)| ray.index == *index) {
-                if *is_free {
-                    met -= ray.radiance;
-                }
                 segment.aims.push(Aim {
                     strategy: Strategy::Aimed,
                     by: None,
@@ -112,7 +116,6 @@ impl Tale {
                     is_free: *is_free,
                 });
             }
-            segment.met = met;
             // There is one at most.
             let detours = wave.detours.iter().filter(|detour| detour.index == *index);
             segment.aims.extend(detours.map(|detour| Aim {
