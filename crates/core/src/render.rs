@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use rayon::prelude::*;
 
 use crate::camera::Camera;
-use crate::film::{APART, Film, Followed, Splat, TILE, Tile, TileRect, is_followed};
+use crate::film::{APART, Film, Followed, Splat, Tile, TileRect, is_followed};
 use crate::filter::FilterSampler;
 use crate::integrator::light_paths::{LightWave, column, columns};
 use crate::integrator::reuse::MOST;
@@ -15,7 +15,7 @@ use crate::sampler::{Dim, Sampler};
 use crate::scene::Scene;
 use crate::settings::{AccelKind, Method, RenderSettings, SamplerKind};
 use crate::work::{Stage, Stopwatch, Work};
-use outlines::Outlines;
+use outlines::{Outlines, is_on_outline};
 
 pub mod autopsy;
 mod outlines;
@@ -282,9 +282,8 @@ impl View {
         watch.lap(Stage::Filter);
         for place in &*places {
             let [x, y] = place.pixel;
-            let is_outlined = outlined.get((y * TILE + x) as usize) == Some(&true);
             let pixel = [left + x, top + y];
-            self.begin(wave, pixel, place.sampler, place.offset, is_outlined);
+            self.begin(wave, pixel, place.sampler, place.offset, outlined);
         }
         watch.lap(Stage::Camera);
         let transport = self.transport();
@@ -301,17 +300,17 @@ impl View {
         Some(bench.places.len() as u64)
     }
 
-    /// Adds the camera path of a sample of a pixel, which may be on the outline of a lamp, to a wave.
+    /// Adds the camera path of a sample of a pixel, of whose tile some pixels are `outlined`, to a wave.
     fn begin(
         &self,
         wave: &mut Wave,
         pixel: [u32; 2],
         sampler: Sampler,
         offset: [f32; 2],
-        is_outlined: bool,
+        outlined: &[bool],
     ) {
         wave.push(self.camera.ray(pixel, offset), sampler);
-        if is_outlined {
+        if is_on_outline(outlined, pixel) {
             wave.push_sights(self.sights(pixel, sampler));
         }
     }

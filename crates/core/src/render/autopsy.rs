@@ -157,7 +157,7 @@ impl View {
     fn begin_sample(&self, wave: &mut Wave, pixel: [u32; 2], sample: u64) {
         let sampler = Sampler::new(self.settings.sampler, self.settings.seed, pixel, sample);
         let (offset, _) = self.filter.sample(sampler.get_2d(Dim::Pixel));
-        self.begin(wave, pixel, sampler, offset, self.is_outlined(pixel));
+        self.begin(wave, pixel, sampler, offset, self.outlined(pixel));
     }
 }
 
@@ -167,6 +167,7 @@ mod tests {
     use std::sync::Arc;
 
     use super::*;
+    use crate::render::outlines::is_on_outline;
     use crate::work::Stopwatch;
     use crate::{Method, RenderSettings, scene};
 
@@ -359,7 +360,9 @@ mod tests {
                 let mut sum = Vec3::ZERO;
                 for segment in &segments {
                     let emits = |(_, prim)| view.scene.material(prim).emits();
-                    if !segment.end.is_none_or(emits) && !view.is_outlined([12, 12]) {
+                    if !segment.end.is_none_or(emits)
+                        && !is_on_outline(view.outlined([12, 12]), [12, 12])
+                    {
                         assert_eq!(segment.met, Vec3::ZERO);
                     }
                     sum += segment.met;

@@ -1,6 +1,6 @@
 //! Outlines of lamps: where one passes through a pixel, a sample looks at it with more camera rays.
 //!
-//! A lamp is hundreds of times as bright as what is beside it, so that the pixels which its outline crosses are the
+//! A lamp is a hundred times as bright as what is beside it, so that the pixels which its outline crosses are the
 //! noisiest of a picture, and no way to find light helps there: what counts is how much of a pixel the lamp covers.
 //! So a sample leaves lamps that it sees there, straight or by mirrors, to [`SIGHTS`] rays of their own, which end at
 //! whatever is no mirror. Which pixels these are is told by rays through the corners of all pixels, once for each
@@ -45,6 +45,12 @@ impl Outlines {
     }
 }
 
+/// Whether a pixel is on an outline, by what is [`View::outlined`] of its tile.
+pub(super) fn is_on_outline(outlined: &[bool], pixel: [u32; 2]) -> bool {
+    let [x, y] = pixel.map(|n| n % TILE);
+    outlined.get((y * TILE + x) as usize) == Some(&true)
+}
+
 impl View {
     /// The rays to which a sample of a pixel leaves lamps.
     pub(super) fn sights(
@@ -58,21 +64,15 @@ impl View {
         })
     }
 
-    /// Whether a sample of a pixel leaves lamps to [`View::sights`].
-    pub(super) fn is_outlined(&self, pixel: [u32; 2]) -> bool {
-        let [x, y] = pixel.map(|n| n % TILE);
-        let outlined = self.outlined(pixel.map(|n| n - n % TILE));
-        outlined.get((y * TILE + x) as usize) == Some(&true)
-    }
-
-    /// The same for the tile that begins at a pixel, row by row; empty if for none.
-    pub(super) fn outlined(&self, first: [u32; 2]) -> &[bool] {
+    /// For each pixel of the tile of one, row by row, whether samples of it leave lamps to [`View::sights`]; empty if
+    /// of none.
+    pub(super) fn outlined(&self, pixel: [u32; 2]) -> &[bool] {
         if self.settings.method == Method::Naive || self.filter.strata() > 1 {
             return &[];
         }
-        let [column, row] = first.map(|n| n / TILE);
+        let [column, row] = pixel.map(|n| n / TILE);
         let tile = &self.outlines.tiles[(row * self.outlines.across + column) as usize];
-        tile.get_or_init(|| self.look_for_outlines(first))
+        tile.get_or_init(|| self.look_for_outlines([column * TILE, row * TILE]))
     }
 
     fn look_for_outlines(&self, first: [u32; 2]) -> Box<[bool]> {
