@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use lightbox_core::color::ToneMap;
 use lightbox_core::{AccelKind, Image, RenderSettings, SceneDesc, View, image_io};
-use lightbox_tests::{built, built_as, on_threads, picture, shipped, view};
+use lightbox_tests::{built, built_as, film, on_threads, picture, shipped, view};
 
 const SMALL: fn(&mut RenderSettings) = |s| (s.width, s.height, s.samples) = (50, 37, 8);
 
@@ -33,10 +33,12 @@ fn assert_same(a: &Image, b: &Image, what: &str) {
 fn any_number_of_threads_gives_the_same_bits() {
     for name in ["teddy-mirror", "glass-sphere"] {
         let scene = built(&shipped(name));
-        let one = on_threads(1, || picture(&view(&scene, SMALL)));
+        let one = on_threads(1, || film(&view(&scene, SMALL)));
         for threads in [2, 3, 8] {
-            let other = on_threads(threads, || picture(&view(&scene, SMALL)));
-            assert_same(&one, &other, &format!("{name} on {threads} threads"));
+            let other = on_threads(threads, || film(&view(&scene, SMALL)));
+            let what = format!("{name} on {threads} threads");
+            assert_same(&one.develop(), &other.develop(), &what);
+            assert_eq!(one.work(), other.work(), "{what}: paths and rays");
         }
     }
 }
@@ -58,7 +60,9 @@ fn one_sample_at_a_time_changes_nothing() {
     for target in 1..=96 {
         view.render(&film, target, &AtomicBool::new(false));
     }
-    assert_same(&picture(&view), &film.develop(), "one at a time");
+    let whole = lightbox_tests::film(&view);
+    assert_same(&whole.develop(), &film.develop(), "one at a time");
+    assert_eq!(whole.work(), film.work(), "paths and rays");
 }
 
 fn pauses_and_batches_change_nothing_in(name: &str) {

@@ -101,7 +101,8 @@ pub struct Tile {
     pub rect: TileRect,
     /// One more than the index of the last sample taken of each pixel.
     pub samples: u64,
-    /// Rays cast for them.
+    /// Rays cast: those of a batch and of what was rendered along with it, or in a film's first tile those
+    /// of all.
     pub rays: u64,
     /// Cells of a half: one for each filter stratum, and one for splats if the film takes them.
     lanes: usize,
@@ -178,7 +179,6 @@ impl Tile {
             }
             to.count += from.count;
         }
-        self.rays += batch.rays;
         // What does not fit is no estimate; the picture does not depend on it.
         let _ = self.survey.add(&batch.survey);
         self.count_invalid(batch.invalid_count, &batch.invalid);
@@ -350,6 +350,11 @@ impl Film {
         (tile.batch(), tile.samples)
     }
 
+    /// How many samples tile `i` lacks up to so many.
+    pub(crate) fn missing(&self, i: usize, samples: u64) -> u64 {
+        samples.saturating_sub(self.tile(i).samples)
+    }
+
     /// Adds a batch that holds the samples `first..end` of tile `i`. Refused (returns false) if
     /// those are not the ones that come next.
     pub fn merge(&self, i: usize, batch: &Tile, first: u64, end: u64) -> bool {
@@ -361,6 +366,8 @@ impl Film {
         tile.merge(batch);
         tile.samples = end;
         drop(tile);
+        // Tiles are rendered together, so that these are of no tile; and the same whichever were.
+        self.tile(0).rays += batch.rays;
         let pixels = u64::from(batch.rect.width * batch.rect.height);
         self.count_light_paths(&(first..end), pixels);
         self.land(batch.splats.clone());

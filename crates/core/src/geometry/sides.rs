@@ -116,6 +116,22 @@ impl Sides {
         self.ids.binary_search(&id).is_ok()
     }
 
+    /// Whether a ray that goes up to `t_max` plainly stays between all sides, so that none matters to it. Without a
+    /// branch, as [`Sides::matter`].
+    #[inline(always)]
+    pub fn hold(&self, ray: &Ray, t_max: f32) -> bool {
+        let (origin, dir) = (ray.origin.to_array(), ray.dir.to_array());
+        let (min, max) = (self.bounds.min.to_array(), self.bounds.max.to_array());
+        let clear = CLEAR * self.bounds.extent().max_element();
+        let mut stays = true;
+        for axis in 0..3 {
+            let (o, end) = (origin[axis], origin[axis] + t_max * dir[axis]);
+            stays &= (min[axis] <= o) & (o <= max[axis]);
+            stays &= (min[axis] + clear < end) & (end < max[axis] - clear);
+        }
+        stays | (t_max == f32::NEG_INFINITY)
+    }
+
     /// In which sides a ray that goes up to `t_max` may find something but the primitive `except`. Without a
     /// branch, so that a loop over many rays is SIMD code.
     #[inline(always)]

@@ -18,7 +18,7 @@ mod eights;
 mod few;
 
 /// So few rays are cast one by one (measured: docs/ray-casting.md).
-const FEW: usize = 128;
+const FEW: usize = 16;
 
 /// Most rays of a stream.
 const BATCH: usize = 4096;

@@ -184,7 +184,8 @@ fn edits_that_are_saved_while_the_question_stands_are_no_longer_at_stake() {
     assert!(is_free(&window));
     window.key(egui::Modifiers::COMMAND, egui::Key::Y);
     assert!(!is_free(&window));
-    window.done();
+    // No new picture, if one was taken back before the other was begun.
+    window.wait("the edit", |w| w.is_current(&w.status()));
     // Whoever saves goes on looking at the scene: it is not taken away.
     let path = window.file("saved.toml");
     save_to(&mut window, &path);

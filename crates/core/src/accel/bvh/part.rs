@@ -36,11 +36,16 @@ impl Children<'_> {
     /// Puts those of some items, in a row, whose bit in a mask is set behind a child's list.
     #[inline(always)]
     fn add<L: Lanes>(&mut self, child: usize, items: u128, mask: usize) {
-        let at = child * self.stride + self.counts[child];
-        if let Some(to) = self.lists[at..].first_chunk_mut() {
+        self.counts[child] += self.put::<L>(child, self.counts[child], items, mask);
+    }
+
+    /// The same behind so many of the list; returns how many they are.
+    #[inline(always)]
+    fn put<L: Lanes>(&mut self, child: usize, count: usize, items: u128, mask: usize) -> usize {
+        if let Some(to) = self.lists[child * self.stride + count..].first_chunk_mut() {
             L::compress(items, mask, to);
         }
-        self.counts[child] += mask.count_ones() as usize;
+        mask.count_ones() as usize
     }
 }
 
@@ -70,10 +75,13 @@ impl Node {
                 let met = hull.meets(&planes, octant);
                 for child in (0..width).filter(|child| met >> child & 1 == 1) {
                     let planes = Planes::<L>::of_child(self, child, octant);
+                    // In a register for as long.
+                    let mut count = children.counts[child];
                     for group in groups {
                         let mask = Slopes::load(&group.slopes).meets(&planes);
-                        children.add::<L>(child, group.items, mask as usize);
+                        count += children.put::<L>(child, count, group.items, mask as usize);
                     }
+                    children.counts[child] = count;
                 }
             }
         } else {

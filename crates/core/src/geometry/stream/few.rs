@@ -84,6 +84,13 @@ pub(super) fn cast_at_sides<L: Lanes, S: Search>(
         for (i, search) in searches.iter().enumerate() {
             (t_max[i], except[i]) = (search.t_max(), search.except());
         }
+        let mut stay = true;
+        for (i, t_max) in t_max.iter().enumerate() {
+            stay &= sides.hold(&rays.get(i), *t_max);
+        }
+        if stay {
+            continue;
+        }
         for i in 0..GROUP {
             let [a, b, c, d, e, f] = sides.matter(&rays.get(i), t_max[i], except[i]);
             let number = |matters| if matters { t_max[i] } else { 0.0 };
