@@ -21,7 +21,7 @@ use crate::simd::{Kernel, Lanes, Portable, Task};
 const TRIANGLES_BELOW: usize = 4;
 
 /// Below this many spheres, testing them all takes no longer.
-const SPHERES_BELOW: usize = 17;
+const SPHERES_BELOW: usize = 49;
 
 /// Primitives with their accelerator: what rays are cast at. Frozen.
 #[derive(Debug)]
