@@ -17,7 +17,8 @@
 //!   the machine has ([`simd`]). Each way gives the same hits, bit for bit.
 //! - [`View::render`] is the composition root: for each tile, pixel and sample it draws a film
 //!   position from the [`filter`], a ray from the [`Camera`], a radiance from the
-//!   [`integrator`], and adds it to the tile; a finished tile is merged into the [`Film`]. Where
+//!   [`integrator`], and adds it to the tile; a finished tile is merged into the [`Film`]. Paths advance in waves of
+//!   four thousand, of as many tiles as fill one. Where
 //!   something mirrors or refracts, each sample also traces a path from a lamp, and what the
 //!   camera sees of it lands in whatever pixel that is, or in its own where the camera sees it in
 //!   a mirror. Pixels that outlines of lamps cross look at lamps with camera rays of their own.

@@ -70,7 +70,10 @@ pub fn lights(bytes: &[u8]) {
         };
         // From next to a corner of a large lamp f64 does not tell the sides apart: it counts from another.
         let bounds = primitives.bounds(sample.prim);
-        let reach = (p - bounds.min).abs().max((p - bounds.max).abs()).max_element();
+        let reach = (p - bounds.min)
+            .abs()
+            .max((p - bounds.max).abs())
+            .max_element();
         let blur = 4.0 * f64::EPSILON * f64::from(reach);
         let error = turn * p.as_dvec3().distance(q) + moved + off + blur;
         assert!(side > -error, "{}: from behind", what());

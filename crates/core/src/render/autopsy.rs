@@ -8,7 +8,8 @@ use std::sync::atomic::AtomicBool;
 
 use glam::Vec3;
 
-use super::{View, WAVE};
+use super::View;
+use super::tiles::WAVE;
 use crate::color::luminance;
 use crate::film::TileRect;
 use crate::integrator::Wave;
