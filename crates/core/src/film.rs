@@ -3,10 +3,10 @@
 //! Sums are 128-bit integers in units of 2⁻⁶⁰ W/(m²·sr): exact and associative, so any order and
 //! grouping of the same samples gives the same bits, and no sum ever freezes as f32 does. Each
 //! pixel holds two half-films (even and odd samples, see [`crate::sampler`]), whose difference
-//! estimates the noise without a reference. The film is cut into tiles; a tile is locked once per
+//! estimates the noise without a reference. The film is cut into tiles; a tile is locked a few times per
 //! finished batch, never per sample.
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
@@ -101,8 +101,7 @@ pub struct Tile {
     pub rect: TileRect,
     /// One more than the index of the last sample taken of each pixel.
     pub samples: u64,
-    /// Rays cast: those of a batch and of what was rendered along with it, or in a film's first tile those
-    /// of all.
+    /// Rays cast: those of a batch, or in a film's first tile those of all.
     pub rays: u64,
     /// Cells of a half: one for each filter stratum, and one for splats if the film takes them.
     lanes: usize,
@@ -262,18 +261,21 @@ pub struct Film {
     weights: [f64; 2],
     /// From the centre of the picture outwards.
     tiles: Vec<Mutex<Tile>>,
+    /// Shared by those who add, alone with who must not see batches half added.
+    whole: RwLock<()>,
     /// If it takes splats.
     landing: Option<Landing>,
 }
 
 impl Clone for Film {
-    /// Tile by tile: samples may come in the meantime, unless they would bring splats.
+    /// Samples that come in the meantime wait.
     fn clone(&self) -> Self {
         let _still = self.stand_still();
         let tiles = (0..self.tiles.len()).map(|i| Mutex::new(self.tile(i).clone()));
         Self {
             tiles: tiles.collect(),
             landing: self.copy_landing(),
+            whole: RwLock::new(()),
             ..*self
         }
     }
@@ -304,6 +306,7 @@ impl Film {
             first: 0,
             weights: filter.weights(),
             tiles,
+            whole: RwLock::new(()),
             landing: None,
         }
     }
@@ -358,7 +361,30 @@ impl Film {
     /// Adds a batch that holds the samples `first..end` of tile `i`. Refused (returns false) if
     /// those are not the ones that come next.
     pub fn merge(&self, i: usize, batch: &Tile, first: u64, end: u64) -> bool {
+        self.merge_all([(i, batch, first)], end, batch.rays)
+    }
+
+    /// Adds batches, each of a tile and from some sample on, and the rays that were cast for all of them: whoever
+    /// copies or writes the film meets all or none. Returns false, and counts no rays, if all were refused.
+    pub(crate) fn merge_all<'a>(
+        &self,
+        batches: impl IntoIterator<Item = (usize, &'a Tile, u64)>,
+        end: u64,
+        rays: u64,
+    ) -> bool {
         let _whole = self.landing();
+        let mut is_taken = false;
+        for (i, batch, first) in batches {
+            is_taken |= self.add(i, batch, first, end);
+        }
+        if is_taken {
+            // Tiles are rendered together, so that these are of no tile; and the same whichever were.
+            self.tile(0).rays += rays;
+        }
+        is_taken
+    }
+
+    fn add(&self, i: usize, batch: &Tile, first: u64, end: u64) -> bool {
         let mut tile = self.tile(i);
         if tile.samples != first || batch.rect != tile.rect {
             return false;
@@ -366,12 +392,20 @@ impl Film {
         tile.merge(batch);
         tile.samples = end;
         drop(tile);
-        // Tiles are rendered together, so that these are of no tile; and the same whichever were.
-        self.tile(0).rays += batch.rays;
         let pixels = u64::from(batch.rect.width * batch.rect.height);
         self.count_light_paths(&(first..end), pixels);
         self.land(batch.splats.clone());
         true
+    }
+
+    /// Held while batches are added.
+    fn landing(&self) -> RwLockReadGuard<'_, ()> {
+        self.whole.read().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Held while tiles must fit together: no batch is added meanwhile.
+    pub(crate) fn stand_still(&self) -> RwLockWriteGuard<'_, ()> {
+        self.whole.write().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// One more than the index of the last sample that every tile has: samples per pixel, in a

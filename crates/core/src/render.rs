@@ -132,7 +132,7 @@ impl View {
     }
 
     /// Brings every tile of `film` up to `samples` samples per pixel, on the threads of the current
-    /// rayon pool. Returns early when `cancel` is set: tiles in work are dropped, finished ones
+    /// rayon pool. Returns early when `cancel` is set: blocks of tiles in work are dropped, finished ones
     /// stay, and a later call goes on from there.
     pub fn render(&self, film: &Film, samples: u64, cancel: &AtomicBool) -> Work {
         let tiles: Vec<usize> = (0..film.tiles()).collect();

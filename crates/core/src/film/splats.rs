@@ -7,7 +7,7 @@
 
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
+use std::sync::PoisonError;
 
 use glam::Vec3;
 
@@ -30,8 +30,6 @@ pub(crate) struct Splat {
 pub(super) struct Landing {
     /// Light paths traced, by half.
     paths: [AtomicU64; 2],
-    /// Shared by those who add, alone with who must not see a batch half landed.
-    whole: RwLock<()>,
     /// Index of the tile in each place, row by row.
     grid: Vec<u32>,
 }
@@ -87,24 +85,6 @@ impl Film {
         }
     }
 
-    /// Held while a batch is added.
-    pub(super) fn landing(&self) -> Option<RwLockReadGuard<'_, ()>> {
-        let landing = self.landing.as_ref()?;
-        Some(landing.whole.read().unwrap_or_else(PoisonError::into_inner))
-    }
-
-    /// Held while tiles must fit together: no batch is added meanwhile. Nothing to hold where
-    /// samples stay in their tile.
-    pub(crate) fn stand_still(&self) -> Option<RwLockWriteGuard<'_, ()>> {
-        let landing = self.landing.as_ref()?;
-        Some(
-            landing
-                .whole
-                .write()
-                .unwrap_or_else(PoisonError::into_inner),
-        )
-    }
-
     /// Lets the light of a batch land.
     pub(super) fn land(&self, mut splats: Vec<Splat>) {
         let Some(Landing { grid, .. }) = &self.landing else {
@@ -151,7 +131,6 @@ impl Film {
         let paths = &landing.paths;
         Some(Landing {
             paths: [0, 1].map(|half| AtomicU64::new(paths[half].load(Ordering::Relaxed))),
-            whole: RwLock::new(()),
             grid: landing.grid.clone(),
         })
     }

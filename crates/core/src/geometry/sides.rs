@@ -122,6 +122,7 @@ impl Sides {
     pub fn hold(&self, ray: &Ray, t_max: f32) -> bool {
         let (origin, dir) = (ray.origin.to_array(), ray.dir.to_array());
         let (min, max) = (self.bounds.min.to_array(), self.bounds.max.to_array());
+        // No corner is farther from a start within than the extent.
         let clear = CLEAR * self.bounds.extent().max_element();
         let mut stays = true;
         for axis in 0..3 {

@@ -177,8 +177,7 @@ pub fn check_writable(path: &Path) -> Result<(), String> {
     check_place(path)
 }
 
-/// Writes what a film holds. Samples may be added in the meantime: the file then holds some of
-/// them, and is none the worse for it; those that would bring splats wait. The error is one line.
+/// Writes what a film holds. Samples that come in the meantime wait. The error is one line.
 pub fn write(path: &Path, head: &Head, film: &Film) -> Result<(), String> {
     write_records(path, head, |write| {
         let _still = film.stand_still();

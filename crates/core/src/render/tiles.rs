@@ -57,7 +57,7 @@ struct Bench {
     wave: Wave,
     light_wave: LightWave,
     places: Vec<Place>,
-    /// Of each tile.
+    /// One for each tile.
     batches: Vec<Tile>,
     rays: u64,
     watch: Stopwatch,
@@ -76,7 +76,11 @@ impl View {
     ) -> Work {
         // As many tiles together as fill a wave, but so that no thread is without work.
         let missing = tiles.iter().map(|&tile| film.missing(tile, samples));
-        let paths = u64::from(TILE * TILE) * missing.max().unwrap_or(0).max(1);
+        let paths = missing
+            .max()
+            .unwrap_or(0)
+            .max(1)
+            .saturating_mul(u64::from(TILE * TILE));
         let share = tiles.len() / (SHARES * rayon::current_num_threads());
         tiles
             .par_chunks(share.min((WAVE as u64 / paths) as usize).max(1))
@@ -100,7 +104,7 @@ impl View {
         let watch = Stopwatch::start();
         let (batches, firsts): (Vec<_>, Vec<_>) = tiles.iter().map(|&i| film.batch(i)).unzip();
         let depth = self.settings.depth;
-        let is_followed = |rect: &TileRect, sample: &u64| is_followed(rect, *sample, depth);
+        let follows = |rect: &TileRect, sample: &u64| is_followed(rect, *sample, depth);
         let rects: Vec<TileRect> = batches.iter().map(|batch| batch.rect).collect();
         let mut work = Work::default();
         let mut bench = Bench {
@@ -112,7 +116,7 @@ impl View {
             watch,
         };
         for (tile, (rect, &first)) in rects.iter().zip(&firsts).enumerate() {
-            for sample in (first..samples).filter(|sample| is_followed(rect, sample)) {
+            for sample in (first..samples).filter(|sample| follows(rect, sample)) {
                 let mut followed = Followed::default();
                 let mut todo = groups().map(|group| (tile, group, sample));
                 let paths = self.render_wave(&mut bench, &mut todo, cancel, Some(&mut followed));
@@ -125,7 +129,7 @@ impl View {
         }
         let others = |tile: usize| {
             let rect = &rects[tile];
-            (firsts[tile]..samples).filter(move |sample| !is_followed(rect, sample))
+            (firsts[tile]..samples).filter(move |sample| !follows(rect, sample))
         };
         let mut todo = (0..tiles.len())
             .flat_map(|tile| groups().map(move |group| (tile, group)))
@@ -138,12 +142,13 @@ impl View {
             work.paths += paths;
         }
         work.rays = bench.rays;
-        for ((&tile, batch), first) in tiles.iter().zip(&mut bench.batches).zip(firsts) {
-            if samples > first {
-                batch.rays = std::mem::take(&mut bench.rays);
-                film.merge(tile, batch, first, samples);
-            }
-        }
+        let batches = tiles.iter().zip(&bench.batches).zip(firsts);
+        let batches = batches.map(|((&tile, batch), first)| (tile, batch, first));
+        film.merge_all(
+            batches.filter(|(_, _, first)| samples > *first),
+            samples,
+            bench.rays,
+        );
         bench.watch.lap(Stage::Filter);
         work.times = bench.watch.times;
         work
@@ -255,12 +260,13 @@ impl View {
         let columns = u64::from(columns(width));
         light_wave.clear();
         for (i, place) in (0..).zip(&*places) {
-            let ([x, y], sample) = (place.pixel_of(&batches[place.tile].rect), place.sample);
-            let Some(column) = column(x) else {
+            let [across, down] = place.pixel_of(&batches[place.tile].rect);
+            let sample = place.sample;
+            let Some(column) = column(across) else {
                 continue;
             };
             // All light paths of a half make up one sequence: lamps know no pixels.
-            let pixel = u64::from(y) * columns + u64::from(column);
+            let pixel = u64::from(down) * columns + u64::from(column);
             let number = (sample >> 1).wrapping_mul(columns * u64::from(height)) + pixel;
             let sampler = Sampler::new(kind, seed, [u32::MAX; 2], number << 1 | sample & 1);
             // The next of the group in the row, if there is one.

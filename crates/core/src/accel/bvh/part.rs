@@ -75,7 +75,7 @@ impl Node {
                 let met = hull.meets(&planes, octant);
                 for child in (0..width).filter(|child| met >> child & 1 == 1) {
                     let planes = Planes::<L>::of_child(self, child, octant);
-                    // In a register for as long.
+                    // Counted in a register meanwhile.
                     let mut count = children.counts[child];
                     for group in groups {
                         let mask = Slopes::load(&group.slopes).meets(&planes);
