@@ -6,8 +6,8 @@
 //! half as the sample.
 
 use std::ops::Range;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::PoisonError;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::Vec3;
 
