@@ -3,6 +3,17 @@
 use super::*;
 use crate::filter::Filter;
 
+/// Or a copy could have the samples of some, and the rays of all.
+#[test]
+fn nobody_copies_a_film_between_batches_that_belong_together() {
+    let film = Film::new(2 * TILE, TILE, &FilterSampler::new(Filter::default()));
+    let batches = [0, 1].map(|i| film.batch(i).0);
+    let batches = batches.iter().enumerate().map(|(i, batch)| (i, batch, 0));
+    let alone = batches.inspect(|_| assert!(film.whole.try_write().is_err()));
+    assert!(film.merge_all(alone, 1, 7));
+    assert_eq!(film.clone().work(), [u64::from(2 * TILE * TILE), 7]);
+}
+
 #[test]
 fn noise_needs_both_halves() {
     let film = Film::new(1, 1, &FilterSampler::new(Filter::default()));
