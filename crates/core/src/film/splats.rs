@@ -11,7 +11,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::Vec3;
 
-use super::{Film, InvalidSample, RADIANCE_LIMIT, TILE, Tile, fixed};
+use super::tile::{RADIANCE_LIMIT, fixed};
+use super::{Film, InvalidSample, TILE, Tile};
 
 /// Light for one pixel.
 #[derive(Clone, Copy, Debug)]

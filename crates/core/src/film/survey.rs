@@ -6,7 +6,8 @@
 
 use serde::Serialize;
 
-use super::{Film, RADIANCE_LIMIT, TILE, Tile, TileRect, UNIT, real};
+use super::tile::{RADIANCE_LIMIT, UNIT, real};
+use super::{Film, TILE, Tile, TileRect};
 
 /// Numbers of segments that are told apart; the last stands for all above it too.
 pub const LENGTHS: usize = 64;
