@@ -112,7 +112,8 @@ mod tests {
         [
             watch(&|progress| {
                 let bounds = |id: u32| boxes[id as usize];
-                Bvh::build_watched(boxes.len(), bounds, Kernel::detect(), progress);
+                let memory = &mut Bvh::memory(boxes.len());
+                Bvh::build_watched(boxes.len(), bounds, memory, Kernel::detect(), progress);
             }),
             watch(&|progress| {
                 let clip = |id: u32, cell: &Aabb| boxes[id as usize].intersection(*cell);

@@ -3,6 +3,8 @@
 //! The nearest hit is a minimum over (distance, primitive), and so does not depend on the order
 //! in which an accelerator comes by the primitives.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::search::{Any, Face, Nearest, Search, offer_triangle, reach};
@@ -65,6 +67,15 @@ impl Primitives {
     }
 }
 
+/// Box around primitives or faces whose own is not empty.
+fn around(ids: Range<u32>, bounds: impl Fn(u32) -> Aabb + Send + Sync) -> Aabb {
+    ids.into_par_iter()
+        .map(bounds)
+        // NaN would swallow what there was before.
+        .filter(|bounds| !bounds.is_empty())
+        .reduce(|| Aabb::EMPTY, Aabb::union)
+}
+
 impl Geometry {
     /// What is built if `accel` is asked for: never [`AccelKind::Auto`].
     fn choice(primitives: &Primitives, sides: &Sides, accel: AccelKind) -> AccelKind {
@@ -103,16 +114,10 @@ impl Geometry {
         kernel: Kernel,
         progress: &Progress<'_>,
     ) -> Self {
-        let around = |ids: std::ops::Range<u32>| {
-            ids.into_par_iter()
-                .map(|id| primitives.bounds(id))
-                // NaN would swallow what there was before.
-                .filter(|bounds| !bounds.is_empty())
-                .reduce(|| Aabb::EMPTY, Aabb::union)
-        };
-        let first_sphere = primitives.first_sphere();
-        let faces = around(0..first_sphere);
-        let bounds = faces.union(around(first_sphere..primitives.len() as u32));
+        let face = |i| Aabb::of_points(primitives.face(i).0);
+        let faces = around(0..primitives.faces() as u32, face);
+        let spheres = primitives.first_sphere()..primitives.len() as u32;
+        let bounds = faces.union(around(spheres, |id| primitives.bounds(id)));
         let sides = Sides::of(&primitives, faces);
         let accel = match Self::choice(&primitives, &sides, accel) {
             AccelKind::Brute => Accel::Brute(Sweep::of(&mut primitives, &sides)),
@@ -131,15 +136,20 @@ impl Geometry {
                     (triangle, _) => Aabb::of_points(triangle),
                 };
                 let count = primitives.faces();
-                let Built { tree, order } = Bvh::build_watched(count, bounds, kernel, progress);
+                // The triangles come to lie where their boxes are, which are less.
+                let mut memory = TriangleRuns::memory(count);
+                let Built { tree, order } =
+                    Bvh::build_watched(count, bounds, &mut memory, kernel, progress);
                 if !progress.is_stopped() {
-                    primitives.triangles.lay_out(&primitives.quads, order);
+                    let quads = &primitives.quads;
+                    primitives.triangles.lay_out(quads, memory, order);
                 }
                 let first = primitives.first_sphere();
                 let spheres = (primitives.spheres.len() >= SPHERES_BELOW).then(|| {
                     let bounds = |i| primitives.bounds(first + i);
-                    let built =
-                        Bvh::build_watched(primitives.spheres.len(), bounds, kernel, progress);
+                    let count = primitives.spheres.len();
+                    let memory = &mut Bvh::memory(count);
+                    let built = Bvh::build_watched(count, bounds, memory, kernel, progress);
                     let ids = built.order.iter().map(|i| first + i.id()).collect();
                     (built.tree, ids)
                 });

@@ -61,8 +61,13 @@ impl Sides {
     pub fn of(primitives: &Primitives, bounds: Aabb) -> Self {
         let faces = (0..primitives.faces() as u32).into_par_iter();
         let side = |i| {
-            let primitive = primitives.get(primitives.face(i).1.id());
-            Some((side_of(&bounds, &primitive)?, i))
+            let ([corner, ..], face) = primitives.face(i);
+            // Hardly any goes on.
+            let is_on_one = corner.cmpeq(bounds.min) | corner.cmpeq(bounds.max);
+            if !is_on_one.any() {
+                return None;
+            }
+            Some((side_of(&bounds, &primitives.get(face.id()))?, i))
         };
         let faces: Vec<(usize, u32)> = faces.filter_map(side).collect();
         let (mut parts, mut only) = ([(0, 0); SIDES], [NO_ONE; SIDES]);
@@ -90,12 +95,15 @@ impl Sides {
         }
         ids.sort_unstable();
         let runs = TriangleRuns::new(
+            TriangleRuns::memory(order.len()),
             &order,
             |i| i.begins(),
             |i| {
                 let (triangle, face) = primitives.face(i.id());
                 (triangle, face.0)
             },
+            |_| {},
+            |_, _| {},
         );
         Self {
             runs,

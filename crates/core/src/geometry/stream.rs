@@ -387,7 +387,7 @@ impl<S: Search> Stream for Batch<'_, S, TriangleRuns> {
     }
 
     #[inline(always)]
-    fn prefetch<L: Lanes>(&self, first: u32, count: u32) {
-        self.faces.prefetch::<L>(first, count);
+    fn prefetch(&self, first: u32, count: u32) {
+        self.faces.prefetch(first, count);
     }
 }

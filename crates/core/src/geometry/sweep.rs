@@ -39,7 +39,10 @@ impl Sweep {
         let order = (0..).zip(&others);
         let order = order.map(|(i, face)| Ordered::new(*face, begins(i)));
         let order = order.collect();
-        primitives.triangles.lay_out(&primitives.quads, order);
+        let memory = TriangleRuns::memory(primitives.faces());
+        primitives
+            .triangles
+            .lay_out(&primitives.quads, memory, order);
         let count = others.len() as u32;
         Self { count, bounds }
     }

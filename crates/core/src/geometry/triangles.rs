@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use super::search::Face;
 use crate::accel::bvh::Ordered;
 use crate::shape::{Quad, RunId, TriangleRuns};
+use crate::simd::prefetch;
 
 /// Triangles by id.
 #[derive(Debug, Default)]
@@ -80,9 +81,9 @@ impl Triangles {
         (triangle, Face(first.0 + (half % 2) as u32))
     }
 
-    /// Moves them, and the two of each quad, into runs; `order` counts them as [`Self::face`] does.
+    /// Moves them, and the two of each quad, into runs in some memory; `order` counts them as [`Self::face`] does.
     /// What is not in it, as nothing hits it, comes behind.
-    pub(super) fn lay_out(&mut self, quads: &[Quad], mut order: Vec<Ordered>) {
+    pub(super) fn lay_out(&mut self, quads: &[Quad], memory: Vec<f32>, mut order: Vec<Ordered>) {
         let count = self.list.len();
         if order.len() < count + 2 * quads.len() {
             let mut is_in = vec![false; count + 2 * quads.len()];
@@ -90,27 +91,28 @@ impl Triangles {
             let others = (0..count as u32).filter(|i| !is_in[*i as usize]);
             order.extend(others.map(|i| Ordered::new(i, true)));
         }
+        let none = |_| AtomicU32::new(0);
+        let places: Vec<AtomicU32> = (0..count).into_par_iter().map(none).collect();
         self.runs = TriangleRuns::new(
+            memory,
             &order,
             |i| i.begins(),
             |i| {
                 let (triangle, face) = self.face(quads, i.id());
                 (triangle, face.0)
             },
+            |i| {
+                if let Some(triangle) = self.list.get(i.id() as usize) {
+                    prefetch(triangle);
+                }
+            },
+            |i, run| {
+                if let Some(place) = places.get(i.id() as usize) {
+                    place.store(run.to_bits(), Ordering::Relaxed);
+                }
+            },
         );
-        // Before there is anything more.
         self.list = Vec::new();
-        let none = |_| AtomicU32::new(0);
-        let places: Vec<AtomicU32> = (0..count).into_par_iter().map(none).collect();
-        order.par_iter().enumerate().for_each(|(i, face)| {
-            let Some(place) = places.get(face.id() as usize) else {
-                return;
-            };
-            let before = order[..=i].iter().rev().take_while(|i| !i.begins()).count();
-            let after = order[i + 1..].iter().take_while(|i| !i.begins()).count();
-            let run = RunId::new(i - before, before + 1 + after);
-            place.store(run.to_bits(), Ordering::Relaxed);
-        });
         self.places = places.into_iter().map(AtomicU32::into_inner).collect();
     }
 }

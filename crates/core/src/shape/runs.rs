@@ -4,7 +4,7 @@ use glam::Vec3;
 
 use super::candidates::{Apart, Candidates, Run};
 use super::triangle::{ShearedRay, TriangleHit};
-use crate::simd::Lanes;
+use crate::simd::{Lanes, prefetch};
 
 /// Words per triangle: nine coordinates and a tag.
 const WORDS: usize = 10;
@@ -117,15 +117,25 @@ impl TriangleRuns {
     /// Most triangles in a run.
     pub const MAX: usize = 8;
 
+    /// Memory for so many triangles.
+    pub(crate) fn memory(count: usize) -> Vec<f32> {
+        vec![0.0; count * WORDS + Self::MAX]
+    }
+
     /// Lays out a triangle for each item, in runs that begin where `begins` says so;
-    /// `triangle(item)` gives it and its tag. No two of a run have the same tag.
+    /// `triangle(item)` gives it and its tag. No two of a run have the same tag. `ahead` is told of an item
+    /// some time before, and `done` into which run it has gone. `words` is [`Self::memory`] for as many or more,
+    /// whatever is in it.
     pub(crate) fn new<T: Sync>(
+        mut words: Vec<f32>,
         items: &[T],
         begins: impl Fn(&T) -> bool + Sync,
         triangle: impl Fn(&T) -> ([Vec3; 3], u32) + Sync,
+        ahead: impl Fn(&T) + Sync,
+        done: impl Fn(&T, RunId) + Sync,
     ) -> Self {
-        let mut words = vec![0.0; items.len() * WORDS + Self::MAX];
-        fill(&mut words, items, &(begins, triangle));
+        words.truncate(items.len() * WORDS + Self::MAX);
+        fill(&mut words, (items, 0), &(begins, triangle, ahead, done));
         Self { words }
     }
 
@@ -201,12 +211,12 @@ impl TriangleRuns {
 
     /// Asks for a run's memory.
     #[inline(always)]
-    pub(crate) fn prefetch<L: Lanes>(&self, first: u32, count: u32) {
+    pub(crate) fn prefetch(&self, first: u32, count: u32) {
         let (first, count) = (first as usize * WORDS, count as usize * WORDS);
         for line in self.words[first..first + count].chunks(16) {
-            L::prefetch(&line[0]);
+            prefetch(&line[0]);
         }
-        L::prefetch(&self.words[first + count]);
+        prefetch(&self.words[first + count]);
     }
 
     /// The hit of a candidate pair of a ray and a triangle of a run with `0 < t ≤ t_max`, if any:
@@ -230,16 +240,22 @@ impl TriangleRuns {
 /// So many triangles are laid out by one thread.
 const SERIAL: usize = 16384;
 
-/// Lays out triangles from the start of `words`.
+/// By so many items is `ahead` ahead: memory is far, and some are looked for at a time.
+const AHEAD: usize = 24;
+
+/// Lays out triangles from the start of `words`, those of items from the `first` of all on; `how` as in
+/// [`TriangleRuns::new`].
 fn fill<T: Sync>(
     words: &mut [f32],
-    items: &[T],
+    (items, first): (&[T], usize),
     how: &(
         impl Fn(&T) -> bool + Sync,
         impl Fn(&T) -> ([Vec3; 3], u32) + Sync,
+        impl Fn(&T) + Sync,
+        impl Fn(&T, RunId) + Sync,
     ),
 ) {
-    let (begins, triangle) = how;
+    let (begins, triangle, ahead, done) = how;
     if items.len() > SERIAL {
         let half = items.len() / 2;
         let middle = half
@@ -250,15 +266,18 @@ fn fill<T: Sync>(
         let (before, after) = items.split_at(middle);
         let (words_before, words_after) = words.split_at_mut(middle * WORDS);
         rayon::join(
-            || fill(words_before, before, how),
-            || fill(words_after, after, how),
+            || fill(words_before, (before, first), how),
+            || fill(words_after, (after, first + middle), how),
         );
         return;
     }
-    let mut rest = words;
+    items.iter().take(AHEAD).for_each(ahead);
+    let (mut rest, mut first, mut coming) = (words, first, items.iter().skip(AHEAD));
     for items in items.chunk_by(|_, next| !begins(next)) {
         let n = items.len();
         assert!(n <= TriangleRuns::MAX, "a run of {n} triangles");
+        coming.by_ref().take(n).for_each(ahead);
+        let id = RunId::new(first, n);
         let (run, after) = std::mem::take(&mut rest).split_at_mut(n * WORDS);
         for (lane, item) in items.iter().enumerate() {
             let (vertices, tag) = triangle(item);
@@ -268,8 +287,9 @@ fn fill<T: Sync>(
                 }
             }
             run[9 * n + lane] = f32::from_bits(tag);
+            done(item, id);
         }
-        rest = after;
+        (rest, first) = (after, first + n);
     }
 }
 
@@ -330,7 +350,9 @@ mod test {
         // 1, 2, … 8 in a run.
         let items: Vec<usize> = (0..36).collect();
         let begins = |i: &usize| [0, 1, 3, 6, 10, 15, 21, 28].contains(i);
-        let runs = TriangleRuns::new(&items, begins, |i| (triangles[*i], *i as u32 + 7));
+        let triangle = |i: &usize| (triangles[*i], *i as u32 + 7);
+        let memory = TriangleRuns::memory(items.len());
+        let runs = TriangleRuns::new(memory, &items, begins, triangle, |_| {}, |_, _| {});
         assert_eq!(runs.count(), 36);
         let (mut hits, mut candidates) = (0, 0);
         for _ in 0..20_000 {

@@ -2,12 +2,12 @@
 #![expect(unsafe_code, reason = "vendor intrinsics are unsafe to call")]
 
 use std::arch::x86_64::{
-    __m256, __m256i, _CMP_LE_OQ, _CMP_LT_OQ, _MM_HINT_T0, _mm_load_si128, _mm_loadu_si128,
-    _mm_prefetch, _mm_set_epi64x, _mm_setr_ps, _mm_shuffle_epi8, _mm_storeu_si128, _mm256_add_ps,
-    _mm256_andnot_si256, _mm256_blend_epi32, _mm256_broadcast_ps, _mm256_castps_si256,
-    _mm256_castsi256_ps, _mm256_cmp_ps, _mm256_cvtepu16_epi32, _mm256_div_ps, _mm256_fmadd_ps,
-    _mm256_loadu_ps, _mm256_loadu_si256, _mm256_max_epi32, _mm256_max_ps, _mm256_min_epi32,
-    _mm256_min_ps, _mm256_movemask_ps, _mm256_mul_ps, _mm256_or_si256, _mm256_permute2f128_ps,
+    __m256, __m256i, _CMP_LE_OQ, _CMP_LT_OQ, _mm_load_si128, _mm_loadu_si128, _mm_set_epi64x,
+    _mm_setr_ps, _mm_shuffle_epi8, _mm_storeu_si128, _mm256_add_ps, _mm256_andnot_si256,
+    _mm256_blend_epi32, _mm256_broadcast_ps, _mm256_castps_si256, _mm256_castsi256_ps,
+    _mm256_cmp_ps, _mm256_cvtepu16_epi32, _mm256_div_ps, _mm256_fmadd_ps, _mm256_loadu_ps,
+    _mm256_loadu_si256, _mm256_max_epi32, _mm256_max_ps, _mm256_min_epi32, _mm256_min_ps,
+    _mm256_movemask_ps, _mm256_mul_ps, _mm256_or_si256, _mm256_permute2f128_ps,
     _mm256_permute2x128_si256, _mm256_permutevar8x32_epi32, _mm256_permutevar8x32_ps,
     _mm256_set1_epi32, _mm256_set1_ps, _mm256_setr_epi32, _mm256_shuffle_epi32, _mm256_shuffle_ps,
     _mm256_storeu_ps, _mm256_storeu_si256, _mm256_sub_ps, _mm256_unpackhi_ps, _mm256_unpacklo_ps,
@@ -227,15 +227,6 @@ impl Lanes for Avx2 {
                 Self(_mm256_permutevar8x32_ps(point, second)),
                 Self(_mm256_permutevar8x32_ps(point, last)),
             ]
-        }
-    }
-
-    #[inline(always)]
-    fn prefetch<T>(what: &T) {
-        let start: *const T = what;
-        for line in (0..size_of::<T>()).step_by(64) {
-            // SAFETY: a hint; reads nothing.
-            unsafe { _mm_prefetch::<_MM_HINT_T0>(start.byte_add(line).cast()) };
         }
     }
 }

@@ -147,6 +147,27 @@ fn has_avx512() -> bool {
         && is_x86_feature_detected!("avx512vbmi")
 }
 
+/// Asks for what will soon be read.
+#[inline(always)]
+pub(crate) fn prefetch<T>(what: &T) {
+    #[cfg(target_arch = "x86_64")]
+    {
+        use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+        let (start, size, align): (*const T, _, _) = (what, size_of::<T>(), align_of::<T>());
+        // It may end in one line more.
+        let last = (align < 64 && align < size).then_some(size - 1);
+        for byte in (0..size).step_by(64).chain(last) {
+            #[expect(unsafe_code, reason = "memory is asked for ahead")]
+            // SAFETY: a hint; reads nothing.
+            unsafe {
+                _mm_prefetch::<_MM_HINT_T0>(start.byte_add(byte).cast());
+            }
+        }
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    let _ = what;
+}
+
 /// Eight f32. Comparisons give a bit for each lane, lane 0 in bit 0.
 pub(crate) trait Lanes: Copy {
     /// Whether eight rays against one box are as fast as one ray against eight boxes, so that
@@ -198,8 +219,6 @@ pub(crate) trait Lanes: Copy {
     /// The coordinates of a point, in each lane rotated so that the axis whose number, as an
     /// integer, is in `last` comes last.
     fn sort_axes(point: [f32; 3], last: Self) -> [Self; 3];
-    /// Asks for what will soon be read.
-    fn prefetch<T>(what: &T);
 }
 
 /// For each mask of eight, the bits that are set, the lowest first.

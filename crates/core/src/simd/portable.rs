@@ -154,7 +154,4 @@ impl Lanes for Portable {
         }
         sorted
     }
-
-    #[inline(always)]
-    fn prefetch<T>(_: &T) {}
 }

@@ -3,7 +3,10 @@
 //!
 //! Meshes are triangles only; a miss is t = ∞ and prim = 2³² − 1.
 
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::ffi::{CStr, c_char};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::Vec3;
 use lightbox_core::AccelKind;
@@ -11,6 +14,7 @@ use lightbox_core::geometry::{Geometry, Primitives};
 use lightbox_core::math::Ray;
 use lightbox_core::simd::Kernel;
 use rayon::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
 /// Mode names, parted by blanks, in the order of [`MODES`].
 const NAMES: &CStr = c"lightbox-bvh lightbox-bvh-many lightbox-bvh-portable lightbox-bvh-portable-many lightbox-kdtree lightbox-kdtree-many";
@@ -96,15 +100,25 @@ pub unsafe extern "C" fn rays_build(
         };
         Geometry::build_for(primitives, accel, kernel)
     };
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads as usize)
-        .build();
-    let geometry = match pool {
+    let geometry = match pool(threads) {
         Ok(pool) => pool.install(build),
         Err(_) => build(),
     };
     *bytes = (geometry.accel_bytes() + geometry.primitives().bytes()) as u64;
     Box::into_raw(Box::new(Built { geometry, many }))
+}
+
+/// So many threads, started once: a program keeps its own from build to build.
+fn pool(threads: u32) -> Result<Arc<ThreadPool>, ThreadPoolBuildError> {
+    static POOLS: Mutex<BTreeMap<u32, Arc<ThreadPool>>> = Mutex::new(BTreeMap::new());
+    let mut pools = POOLS.lock().unwrap_or_else(PoisonError::into_inner);
+    Ok(match pools.entry(threads) {
+        Entry::Occupied(pool) => pool.get().clone(),
+        Entry::Vacant(place) => {
+            let pool = ThreadPoolBuilder::new().num_threads(threads as usize);
+            place.insert(Arc::new(pool.build()?)).clone()
+        }
+    })
 }
 
 /// The nearest hit of each ray.

@@ -18,7 +18,13 @@ impl Box8 {
 
     #[inline(always)]
     pub fn union<L: Lanes>(&self, other: &Self) -> Self {
-        Self(L::load(&self.0).min(L::load(&other.0)).store())
+        self.with::<L>(&other.0)
+    }
+
+    /// A box around this and a primitive.
+    #[inline(always)]
+    pub fn with<L: Lanes>(&self, r: &Ref) -> Self {
+        Self(L::load(&self.0).min(L::load(r)).store())
     }
 
     pub fn half_area(&self) -> f32 {
@@ -42,9 +48,8 @@ pub(super) fn half_area<L: Lanes>(bounds: L) -> f32 {
     x * y + y * z + z * x
 }
 
-/// A primitive's box and, in the fourth place, what [`Ordered`] holds.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Ref(pub Box8);
+/// A primitive's box as in a [`Box8`], but anywhere in memory, and in the fourth place what [`Ordered`] holds.
+pub(super) type Ref = [f32; 8];
 
 /// A primitive in the order of a tree's leaves: its id, and 2³¹ more where a leaf begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,51 +76,45 @@ impl Ordered {
     }
 }
 
-impl Ref {
-    /// Makes the fourth place a number that arithmetic takes no notice of: denormal ones are slow.
-    const NORMAL: u32 = 1 << 30;
+/// Makes the fourth place of a [`Ref`] a number that arithmetic takes no notice of: denormal ones are slow.
+const NORMAL: u32 = 1 << 30;
 
-    pub fn new(bounds: &Aabb, id: u32) -> Self {
-        let (lo, hi) = (bounds.min, -bounds.max);
-        let id = f32::from_bits(id | Self::NORMAL);
-        Self(Box8([lo.x, lo.y, lo.z, id, hi.x, hi.y, hi.z, 0.0]))
-    }
+/// The [`Ref`] of a primitive; none of one whose box holds no point.
+pub(super) fn new_ref(bounds: &Aabb, id: u32) -> Option<Ref> {
+    let (lo, hi) = (bounds.min, -bounds.max);
+    let id = f32::from_bits(id | NORMAL);
+    let is_there = bounds.min.cmple(bounds.max).all();
+    is_there.then_some([lo.x, lo.y, lo.z, id, hi.x, hi.y, hi.z, 0.0])
+}
 
-    #[inline(always)]
-    pub fn ordered(&self) -> Ordered {
-        Ordered(self.0.0[3].to_bits() & !Self::NORMAL)
-    }
+#[inline(always)]
+pub(super) fn ordered(r: &Ref) -> Ordered {
+    Ordered(r[3].to_bits() & !NORMAL)
+}
 
-    /// Makes a leaf begin with it.
-    #[inline(always)]
-    pub fn begin(&mut self) {
-        self.0.0[3] = f32::from_bits(self.0.0[3].to_bits() | Ordered::BEGINS);
-    }
+/// Makes a leaf begin with a primitive.
+#[inline(always)]
+pub(super) fn begin(r: &mut Ref) {
+    r[3] = f32::from_bits(r[3].to_bits() | Ordered::BEGINS);
+}
 
-    /// Whether the box holds no point.
-    pub fn is_empty(&self) -> bool {
-        let Aabb { min, max } = self.0.aabb();
-        !min.cmple(max).all()
-    }
+/// Twice the centre, as a box.
+#[inline(always)]
+pub(super) fn center<L: Lanes>(r: &Ref) -> L {
+    let corners = L::load(r);
+    corners.sub(corners.swap_halves())
+}
 
-    /// Twice the centre, as a box.
-    #[inline(always)]
-    pub fn center<L: Lanes>(&self) -> L {
-        let corners = L::load(&self.0.0);
-        corners.sub(corners.swap_halves())
+/// Boxes around primitives and around their centres.
+pub(super) fn bounds_of(refs: &[Ref], kernel: Kernel) -> [Box8; 2] {
+    if refs.len() < PARALLEL {
+        return kernel.run(Bounds(refs));
     }
-
-    /// Boxes around all of them and around their centres.
-    pub fn bounds(refs: &[Self], kernel: Kernel) -> [Box8; 2] {
-        if refs.len() < PARALLEL {
-            return kernel.run(Bounds(refs));
-        }
-        let parts: Vec<[Box8; 2]> = refs
-            .par_chunks(CHUNK)
-            .map(|refs| kernel.run(Bounds(refs)))
-            .collect();
-        kernel.run(Union(&parts))
-    }
+    let parts: Vec<[Box8; 2]> = refs
+        .par_chunks(CHUNK)
+        .map(|refs| kernel.run(Bounds(refs)))
+        .collect();
+    kernel.run(Union(&parts))
 }
 
 /// Unions of boxes by place.
@@ -134,7 +133,7 @@ impl Task for Union<'_> {
     }
 }
 
-/// See [`Ref::bounds`].
+/// See [`bounds_of`].
 struct Bounds<'a>(&'a [Ref]);
 
 impl Task for Bounds<'_> {
@@ -144,7 +143,7 @@ impl Task for Bounds<'_> {
     fn run<L: Lanes>(self) -> [Box8; 2] {
         let mut all = [L::splat(f32::INFINITY); 2];
         for r in self.0 {
-            all = [all[0].min(L::load(&r.0.0)), all[1].min(r.center())];
+            all = [all[0].min(L::load(r)), all[1].min(center(r))];
         }
         all.map(|b| Box8(b.store()))
     }

@@ -3,12 +3,12 @@
 //!
 //! The tree is a function of the boxes alone, whichever threads do what.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 use glam::Vec3;
 use rayon::prelude::*;
 
-use super::boxes::{Box8, Ordered, Ref};
+use super::boxes::{Box8, Ordered, Ref, begin, bounds_of, new_ref, ordered};
 use super::node::{Link, MAX_PRIMITIVES, Node, WIDTH};
 use super::split::{Split, leaf_cost};
 use super::{Bvh, MAX_DEPTH, MAX_LEAF};
@@ -33,21 +33,30 @@ pub struct Built {
 }
 
 impl Bvh {
-    /// [`Self::build_watched`] for this machine, unwatched.
+    /// [`Self::build_watched`] for this machine, unwatched, in memory of its own.
     #[cfg(test)]
     pub fn build(count: usize, bounds: impl Fn(u32) -> Aabb + Sync) -> Built {
-        Self::build_watched(count, bounds, Kernel::detect(), &Progress::unwatched())
+        let (kernel, progress) = (Kernel::detect(), &Progress::unwatched());
+        Self::build_watched(count, bounds, &mut Self::memory(count), kernel, progress)
+    }
+
+    /// Memory for [`Self::build_watched`], if there is none that has another use later.
+    pub fn memory(count: usize) -> Vec<f32> {
+        // One more, so that each can lie in one line of the cache.
+        vec![0.0; (count + 1) * size_of::<Ref>() / size_of::<f32>()]
     }
 
     /// Builds the tree over primitives 0 to `count` − 1 with boxes `bounds(id)`, for a certain
     /// kernel; the same tree at any number of threads. Primitives with an empty box are left out.
-    /// If its progress is ended before time, the tree is empty.
+    /// If its progress is ended before time, the tree is empty. The boxes are kept in `memory`, at least as much as
+    /// [`Self::memory`], of whatever else: to get fresh memory takes a good part of the time of a build.
     ///
     /// # Panics
-    /// With 2²⁸ primitives or more.
+    /// With 2²⁸ primitives or more, or too little memory.
     pub fn build_watched(
         count: usize,
         bounds: impl Fn(u32) -> Aabb + Sync,
+        memory: &mut [f32],
         kernel: Kernel,
         progress: &Progress<'_>,
     ) -> Built {
@@ -55,22 +64,27 @@ impl Bvh {
             count < MAX_PRIMITIVES,
             "bvh: {count} primitives are too many"
         );
-        let some_are_empty = AtomicBool::new(false);
-        let mut refs: Vec<Ref> = (0..count as u32)
-            .into_par_iter()
-            .map(|id| {
-                let r = Ref::new(&bounds(id), id);
-                if r.is_empty() {
-                    some_are_empty.store(true, Ordering::Relaxed);
-                }
-                r
-            })
-            .collect();
-        if some_are_empty.into_inner() {
-            refs.retain(|r| !r.is_empty());
+        let from = memory.as_ptr().align_offset(size_of::<Ref>());
+        let (refs, _) = memory[from..].as_chunks_mut();
+        let refs: &mut [Ref] = &mut refs[..count];
+        let empty = Mutex::new(vec![]);
+        let fill = |(r, id): (&mut Ref, u32)| match new_ref(&bounds(id), id) {
+            Some(new) => *r = new,
+            None => empty
+                .lock()
+                .unwrap_or_else(PoisonError::into_inner)
+                .push(id),
+        };
+        refs.par_iter_mut().zip(0..count as u32).for_each(fill);
+        let mut empty = empty.into_inner().unwrap_or_else(PoisonError::into_inner);
+        empty.sort_unstable();
+        // Those at the end take their places.
+        for (last, id) in (0..count).rev().zip(empty.iter().rev()) {
+            refs[*id as usize] = refs[last];
         }
+        let mut refs = &mut refs[..count - empty.len()];
         let task = Task::new(refs.len(), SERIAL);
-        let whole = Part::new(&mut refs, 0, kernel);
+        let whole = Part::new(refs, 0, kernel);
         let bounds = whole.bounds.aabb();
         let center = bounds.center();
         let builder = Builder {
@@ -83,9 +97,7 @@ impl Bvh {
         if progress.is_stopped() {
             (grown, refs) = Default::default();
         }
-        let order = refs.par_iter().map(Ref::ordered).collect();
-        // Before nodes are there twice.
-        drop(refs);
+        let order = refs.par_iter().map(ordered).collect();
         let tree = Self {
             bounds,
             center,
@@ -109,7 +121,7 @@ struct Part<'a> {
 
 impl<'a> Part<'a> {
     fn new(refs: &'a mut [Ref], first: usize, kernel: Kernel) -> Self {
-        let [bounds, centers] = Ref::bounds(refs, kernel);
+        let [bounds, centers] = bounds_of(refs, kernel);
         Self::with_bounds(refs, first, bounds, centers)
     }
 
@@ -235,7 +247,8 @@ impl Builder<'_> {
             .into_par_iter()
             .with_max_len(1)
             .map(|(at, part, depth)| {
-                let mut below = Vec::new();
+                // About as many as there will be.
+                let mut below = Vec::with_capacity(part.refs.len() / 8);
                 if !self.progress.pass(self.task, part.refs.len()) {
                     return (at, Node::EMPTY, below);
                 }
@@ -302,7 +315,7 @@ impl Builder<'_> {
         for (slot, link) in parts.iter_mut().zip(&mut node.children) {
             if let Some(part) = slot.take_if(|part| part.is_leaf()) {
                 *link = Link::to_leaf(part.first, part.refs.len()).0;
-                part.refs[0].begin();
+                begin(&mut part.refs[0]);
             }
         }
         (node, parts)

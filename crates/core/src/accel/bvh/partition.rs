@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::boxes::{Box8, Ref, Union};
+use super::boxes::{Box8, Ref, Union, center};
 use super::split::Grid;
 use crate::simd::{Kernel, Lanes, Task};
 
@@ -80,15 +80,15 @@ impl Task for Partition<'_> {
                 // Without a branch, which no one could foresee: infinity is no minimum.
                 let [mut low, mut high] = centers.map(|b| L::load(&b.0));
                 for i in 0..refs.len() {
-                    let center = refs[i].center::<L>();
+                    let center = center::<L>(&refs[i]);
                     let is_below = bin_at(grid.place(center)[axis], bins) < above;
                     let [to_low, to_high] =
                         [[f32::INFINITY, 0.0], [0.0, f32::INFINITY]][usize::from(is_below)];
                     low = low.min(center.add(L::splat(to_low)));
                     high = high.min(center.add(L::splat(to_high)));
-                    let (this, first) = (L::load(&refs[i].0.0), L::load(&refs[count].0.0));
-                    refs[count].0.0 = this.store();
-                    refs[i].0.0 = first.store();
+                    let (this, first) = (L::load(&refs[i]), L::load(&refs[count]));
+                    refs[count] = this.store();
+                    refs[i] = first.store();
                     count += usize::from(is_below);
                 }
                 centers = [Box8(low.store()), Box8(high.store())];
@@ -142,6 +142,7 @@ fn exchange(refs: &mut [Ref], chunks: &[usize]) -> usize {
 
 #[cfg(test)]
 mod tests {
+    use super::super::boxes::{bounds_of, new_ref, ordered};
     use super::super::split::Split;
     use super::*;
     use crate::lab::random::Rng;
@@ -165,11 +166,12 @@ mod tests {
                             2 => rng.cube() * 1e-3 + id as f32,
                             _ => rng.cube() * 1e-3 + if id == 1 { 1.0 } else { 0.0 },
                         };
-                        Ref::new(&Aabb::of_points([p, p + 0.01 * rng.cube()]), id)
+                        let q = p + 0.01 * rng.cube();
+                        new_ref(&Aabb::of_points([p, q]), id).unwrap()
                     })
                     .collect();
                 for kernel in Kernel::available() {
-                    let [_, centers] = Ref::bounds(&refs, kernel);
+                    let [_, centers] = bounds_of(&refs, kernel);
                     let split = Split::best(&refs, &centers, kernel).unwrap();
                     let mut divided = refs.clone();
                     let (count, centers) = split.by.partition(&mut divided, kernel);
@@ -177,13 +179,13 @@ mod tests {
                     assert_eq!(n - count, split.counts[1] as usize, "{n} {kernel:?}");
                     let (below, above) = divided.split_at(count);
                     for (i, side) in [below, above].into_iter().enumerate() {
-                        let [bounds, around] = Ref::bounds(side, kernel);
+                        let [bounds, around] = bounds_of(side, kernel);
                         assert_eq!(bounds.aabb(), split.bounds[i].aabb(), "{n} {kernel:?}");
                         if matches!(split.by, By::Plane { .. }) {
                             assert_eq!(around.aabb(), centers[i].aabb(), "{n} {kernel:?}");
                         }
                     }
-                    let mut ids: Vec<u32> = divided.iter().map(|r| r.ordered().id()).collect();
+                    let mut ids: Vec<u32> = divided.iter().map(|r| ordered(r).id()).collect();
                     ids.sort_unstable();
                     assert!(ids.into_iter().eq(0..n as u32), "{n} {kernel:?}");
                 }

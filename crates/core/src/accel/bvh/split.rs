@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use super::boxes::{Box8, Ref, half_area};
+use super::boxes::{Box8, Ref, center, half_area};
 use super::partition::{By, CHUNK, PARALLEL, TO_WHOLE, bin_at};
 use crate::math::Aabb;
 use crate::simd::{Kernel, Lanes, Task};
@@ -71,7 +71,7 @@ impl Grid {
         }
     }
 
-    /// For each axis, what [`bin_at`] takes, of a centre as [`Ref::center`] gives it.
+    /// For each axis, what [`bin_at`] takes, of a centre as [`center`] gives it.
     #[inline(always)]
     pub fn place<L: Lanes>(&self, center: L) -> [f32; 8] {
         let from_origin = center.sub(L::load(&self.origin));
@@ -90,10 +90,10 @@ impl<const BINS: usize> Task for Fill<'_, BINS> {
     fn run<L: Lanes>(self) {
         let Self(grid, refs, table) = self;
         for r in refs {
-            let at = grid.place::<L>(r.center());
+            let at = grid.place::<L>(center(r));
             for (row, at) in table.iter_mut().zip(at) {
                 let bin = bin_at(at, BINS);
-                row.bounds[bin] = row.bounds[bin].union::<L>(&r.0);
+                row.bounds[bin] = row.bounds[bin].with::<L>(r);
                 row.counts[bin] += 1;
             }
         }
@@ -201,7 +201,7 @@ impl Split {
         let all = (1usize << refs.len()) - 1;
         for set in 1..=all {
             let (first, others) = (set.trailing_zeros() as usize, set & (set - 1));
-            boxes[set] = boxes[others].union::<L>(&refs[first].0);
+            boxes[set] = boxes[others].with::<L>(&refs[first]);
             areas[set] = half_area(L::load(&boxes[set].0));
         }
         let cost = |set: usize| leaf_cost(areas[set], set.count_ones() as usize);

@@ -41,7 +41,7 @@ pub(crate) trait Stream {
     /// As [`Stream::visit`], but tests only the primitive that is so many places behind the first.
     fn visit_one<L: Lanes>(&mut self, items: &[u16], first: u32, count: u32, place: u32);
     /// Asks for a leaf's memory ahead of its visit.
-    fn prefetch<L: Lanes>(&self, first: u32, count: u32);
+    fn prefetch(&self, first: u32, count: u32);
 }
 
 /// Items that have yet to go below a link.

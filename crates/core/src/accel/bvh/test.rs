@@ -103,7 +103,9 @@ fn the_tree_is_the_same_at_any_number_of_threads_with_any_kernel() {
     let build_with = |threads, kernel| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
         let bounds = |id: u32| boxes[id as usize];
-        let build = || Bvh::build_watched(boxes.len(), bounds, kernel, &Progress::unwatched());
+        let mut memory = Bvh::memory(boxes.len());
+        let progress = &Progress::unwatched();
+        let build = || Bvh::build_watched(boxes.len(), bounds, &mut memory, kernel, progress);
         pool.unwrap().install(build)
     };
     let one = build_with(1, Kernel::Portable);

@@ -11,7 +11,7 @@ use super::node::{Link, WIDTH};
 use super::slopes::{Planes, Slopes};
 use super::stream::Stream;
 use super::walk::STACK;
-use crate::simd::Lanes;
+use crate::simd::{Lanes, prefetch};
 
 /// Rays under way at a time (measured: docs/ray-casting.md).
 const SLOTS: usize = 16;
@@ -81,10 +81,10 @@ impl Bvh {
                 nodes += usize::from(inner.is_some());
                 leaves += usize::from(inner.is_none());
                 match inner {
-                    Some(index) => L::prefetch(self.node(index)),
+                    Some(index) => prefetch(self.node(index)),
                     None => {
                         let (first, count) = slot.link.leaf();
-                        stream.prefetch::<L>(first, count);
+                        stream.prefetch(first, count);
                     }
                 }
             }
