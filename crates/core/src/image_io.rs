@@ -60,6 +60,12 @@ pub(crate) fn check_place(path: &Path) -> Result<(), String> {
             path.display()
         ));
     }
+    if path.metadata().is_ok_and(|m| m.permissions().readonly()) {
+        return Err(format!(
+            "{}: is write-protected; name another file, or allow that it is written",
+            path.display()
+        ));
+    }
     let aside = beside(path);
     fs::File::create(&aside).map_err(|e| cannot_write(path, &e))?;
     fs::remove_file(&aside).map_err(|e| cannot_write(path, &e))
@@ -86,14 +92,14 @@ pub(crate) fn write_aside(
     path: &Path,
     write: impl FnOnce(&mut fs::File) -> Result<(), String>,
 ) -> Result<(), String> {
-    let aside = beside(path);
+    let (aside, place) = (beside(path), followed(path));
     let written = fs::File::create(&aside)
         .map_err(|e| cannot_write(path, &e))
         .and_then(|mut file| {
             write(&mut file)?;
             file.sync_all()
-                .and_then(|()| fs::rename(&aside, path))
-                .and_then(|()| sync_folder(path))
+                .and_then(|()| fs::rename(&aside, &place))
+                .and_then(|()| sync_folder(&place))
                 .map_err(|e| cannot_write(path, &e))
         });
     written.inspect_err(|_| {
@@ -121,8 +127,17 @@ pub(crate) fn cannot_write(path: &Path, e: &std::io::Error) -> String {
     )
 }
 
+/// The file that is written under this name: where it is a link, what that leads to.
+fn followed(path: &Path) -> PathBuf {
+    match path.canonicalize() {
+        Ok(place) if path.is_symlink() => place,
+        _ => path.to_owned(),
+    }
+}
+
 /// A name in the same folder for the file in the making.
 fn beside(path: &Path) -> PathBuf {
+    let path = &followed(path);
     let mut name = aside_prefix(path);
     name.push(std::process::id().to_string());
     name.push(ASIDE_SUFFIX);
@@ -140,6 +155,7 @@ fn aside_prefix(path: &Path) -> std::ffi::OsString {
 
 /// Removes what processes that were killed have left of a file in the making.
 pub fn remove_asides(path: &Path) {
+    let path = &followed(path);
     let prefix = aside_prefix(path);
     let (prefix, suffix) = (prefix.as_encoded_bytes(), ASIDE_SUFFIX.as_bytes());
     // Where it cannot be done, nothing is lost but the space.

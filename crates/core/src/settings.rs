@@ -106,7 +106,7 @@ macro_rules! named_enum {
     ($(#[$meta:meta])* $name:ident, $what:literal { $($(#[$doc:meta])* $variant:ident = $text:literal,)+ }) => {
         $(#[$meta])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
-        #[serde(rename_all = "lowercase")]
+        #[serde(try_from = "String", into = "&'static str")]
         pub enum $name { $($(#[$doc])* $variant,)+ }
 
         impl $name {
@@ -116,6 +116,19 @@ macro_rules! named_enum {
             /// The name in files, on the command line and in the UI.
             pub fn name(self) -> &'static str {
                 match self { $(Self::$variant => $text),+ }
+            }
+        }
+
+        impl TryFrom<String> for $name {
+            type Error = String;
+            fn try_from(text: String) -> Result<Self, String> {
+                text.parse()
+            }
+        }
+
+        impl From<$name> for &'static str {
+            fn from(value: $name) -> Self {
+                value.name()
             }
         }
 
@@ -185,9 +198,11 @@ named_enum! {
 pub fn parse_depth(text: &str) -> Result<u32, String> {
     match text {
         "unlimited" => Ok(UNLIMITED),
-        _ => text
-            .parse()
-            .map_err(|_| format!("depth \"{text}\" is neither a number nor \"unlimited\"")),
+        _ => text.parse().map_err(|_| {
+            format!(
+                "depth \"{text}\" is neither \"unlimited\" nor a whole number that is not too large"
+            )
+        }),
     }
 }
 
@@ -195,7 +210,10 @@ mod depth_text {
     use serde::{Deserialize, Deserializer, Serializer};
 
     #[derive(Deserialize)]
-    #[serde(untagged, expecting = "a depth is a whole number or \"unlimited\"")]
+    #[serde(
+        untagged,
+        expecting = "a depth is a whole number that is not too large, or \"unlimited\""
+    )]
     enum Depth {
         Segments(u32),
         Text(String),

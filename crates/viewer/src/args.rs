@@ -11,6 +11,7 @@ use clap::{CommandFactory as _, Parser, Subcommand};
 use lightbox_core::suggest;
 
 use crate::commands::scene_path;
+use crate::replay::quoted;
 pub use settings::SettingsArgs;
 use values::{count, depth, positive, samples, size};
 
@@ -70,7 +71,7 @@ pub struct AdviseArgs {
     #[arg(long)]
     pub json: bool,
     /// Width and height in pixels
-    #[arg(long, value_name = "WxH", value_parser = size, help_heading = SETTINGS)]
+    #[arg(long, value_name = "WxH", value_parser = size, allow_hyphen_values = true, help_heading = SETTINGS)]
     pub size: Option<[u32; 2]>,
     /// Worker threads [default: all]
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..), allow_negative_numbers = true)]
@@ -106,7 +107,7 @@ pub struct RenderArgs {
     #[arg(long, requires = "output", help_heading = SLICES)]
     pub part: bool,
     /// Render only the samples from index A up to B, without B
-    #[arg(long, value_name = "A..B", value_parser = samples, requires = "part",
+    #[arg(long, value_name = "A..B", value_parser = samples, allow_hyphen_values = true, requires = "part",
           conflicts_with_all = ["spp", "seconds", "noise"], help_heading = SLICES)]
     pub samples: Option<Range<u64>>,
     /// Save the samples to this *.part now and then; if it is there already, go on from it
@@ -239,16 +240,21 @@ pub struct RaceArgs {
     )]
     pub seconds: f64,
     /// Runs of each contestant, with different random numbers
-    #[arg(long, value_name = "N", default_value_t = 4)]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 4,
+        allow_negative_numbers = true
+    )]
     pub seeds: u64,
     /// Picture that counts as right, EXR [default: rendered with reuse]
     #[arg(long, value_name = "FILE")]
     pub reference: Option<PathBuf>,
     /// Width and height in pixels
-    #[arg(long, value_name = "WxH", value_parser = size, help_heading = SETTINGS)]
+    #[arg(long, value_name = "WxH", value_parser = size, allow_hyphen_values = true, help_heading = SETTINGS)]
     pub size: Option<[u32; 2]>,
     /// Most segments of a path, or "unlimited"
-    #[arg(long, value_name = "D", value_parser = depth, help_heading = SETTINGS)]
+    #[arg(long, value_name = "D", value_parser = depth, allow_hyphen_values = true, help_heading = SETTINGS)]
     pub depth: Option<u32>,
     /// Worker threads [default: all]
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u16).range(1..), allow_negative_numbers = true)]
@@ -260,8 +266,25 @@ pub fn exit(error: clap::Error) -> ! {
     let words: Vec<String> = std::env::args().skip(1).collect();
     match misplaced(&words, error.kind()) {
         Some(text) => clap::Error::raw(error.kind(), text + "\n").exit(),
+        None if error.use_stderr()
+            && error.kind() != ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand =>
+        {
+            clap::Error::raw(error.kind(), in_one_line(&error.to_string()) + "\n").exit()
+        }
         None => error.exit(),
     }
+}
+
+/// What is wrong, and clap's tips, without its usage.
+fn in_one_line(text: &str) -> String {
+    let mut paragraphs = text.split("\n\n");
+    let joined = |paragraph: &str| paragraph.split_whitespace().collect::<Vec<_>>().join(" ");
+    let what = joined(paragraphs.next().unwrap_or_default());
+    let tips = paragraphs.filter(|p| p.trim_start().starts_with("tip: "));
+    let tips = tips
+        .map(|tip| joined(tip).replacen("tip: ", "; ", 1))
+        .collect::<String>();
+    what.strip_prefix("error: ").unwrap_or(&what).to_owned() + &tips
 }
 
 /// What is wrong if the first word is no command: clap takes it for the scene of a window.
@@ -285,10 +308,20 @@ fn misplaced(words: &[String], kind: ErrorKind) -> Option<String> {
             "a window shows one scene; \"{}\" is one too many",
             rest.first()?
         )),
-        ErrorKind::UnknownArgument => Some(format!(
-            "a window takes no options; without one: lightbox render {} -o FILE.png",
-            words.join(" ")
-        )),
+        ErrorKind::UnknownArgument => {
+            let names_output =
+                |word: &String| word.starts_with("-o") || word.starts_with("--output");
+            let output = if words.iter().any(names_output) {
+                ""
+            } else {
+                " -o FILE.png"
+            };
+            let words: Vec<String> = words.iter().map(|word| quoted(word)).collect();
+            Some(format!(
+                "a window takes no options; without one: lightbox render {}{output}",
+                words.join(" ")
+            ))
+        }
         _ => None,
     }
 }

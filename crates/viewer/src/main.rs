@@ -1,6 +1,6 @@
 //! `lightbox`: the viewer, or a command without a window.
 
-use std::io::Write as _;
+use std::io::{ErrorKind, Write as _};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -15,16 +15,24 @@ fn main() -> ExitCode {
         Some(command) => commands::run(&command),
         None => view(args.scene),
     });
-    let (line, status) = match result {
-        Ok(Outcome { report, status }) => (report, ExitCode::from(status)),
-        Err(error) => {
-            // If nobody listens, the status still tells.
-            let _ = writeln!(std::io::stderr(), "error: {error}");
-            (String::new(), ExitCode::FAILURE)
+    let told = result.and_then(|outcome| {
+        let mut out = std::io::stdout();
+        match out
+            .write_all(outcome.report.as_bytes())
+            .and_then(|()| out.flush())
+        {
+            // Who reads no further has read what was wanted.
+            Err(e) if e.kind() != ErrorKind::BrokenPipe => {
+                Err(format!("standard output: cannot be written ({e})"))
+            }
+            _ => Ok(ExitCode::from(outcome.status)),
         }
-    };
-    let _ = std::io::stdout().write_all(line.as_bytes());
-    status
+    });
+    told.unwrap_or_else(|error| {
+        // If nobody listens, the status still tells.
+        let _ = writeln!(std::io::stderr(), "error: {error}");
+        ExitCode::FAILURE
+    })
 }
 
 fn view(scene: Option<PathBuf>) -> Result<Outcome, String> {

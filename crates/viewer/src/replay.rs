@@ -44,7 +44,7 @@ pub fn words(scene: &Path, desc: &SceneDesc, samples: &str) -> String {
     format!(
         "render {} --size {}x{} {samples} --depth {depth} --filter {} --method {} --accel {} \
          --sampler {} --seed {} --eye={} --target={} --up={} --fov={}",
-        quoted(&scene.display().to_string()),
+        file(scene),
         r.width,
         r.height,
         r.filter,
@@ -77,6 +77,15 @@ pub fn tone_words(tone: ToneMap) -> String {
     format!(" --exposure={exposure} --tone {curve} --offset={offset}")
 }
 
+/// A file as a word of a POSIX shell that is no option.
+pub fn file(path: &Path) -> String {
+    let path = path.display().to_string();
+    match path.starts_with('-') {
+        true => quoted(&format!("./{path}")),
+        false => quoted(&path),
+    }
+}
+
 /// One word of a POSIX shell.
 pub fn quoted(word: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "_-./:,+=@%".contains(c);
@@ -88,7 +97,7 @@ pub fn quoted(word: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::quoted;
+    use super::{file, quoted};
 
     #[test]
     fn words_are_quoted_where_a_shell_would_touch_them() {
@@ -98,5 +107,6 @@ mod tests {
         );
         assert_eq!(quoted("a b/$HOME.obj"), "'a b/$HOME.obj'");
         assert_eq!(quoted("it's"), r"'it'\''s'");
+        assert_eq!(file("-a.toml".as_ref()), "./-a.toml");
     }
 }

@@ -215,7 +215,10 @@ fn check_mesh(m: &MeshDesc) -> Result<(), Fault> {
     if !(m.scale > 0.0 && m.scale <= COORDINATE_LIMIT) {
         return Err((
             "scale",
-            format!("scale is {}; use a positive number", m.scale),
+            format!(
+                "scale is {}; use a positive number up to {COORDINATE_LIMIT:e}",
+                m.scale
+            ),
         ));
     }
     if !m.rotate.is_finite() {
@@ -225,14 +228,36 @@ fn check_mesh(m: &MeshDesc) -> Result<(), Fault> {
         ));
     }
     if !coordinates(m.translate) {
-        return Err(("translate", "translate must be three finite numbers".into()));
+        return Err((
+            "translate",
+            format!("translate must be three finite numbers up to {COORDINATE_LIMIT:e}"),
+        ));
     }
     Ok(())
 }
 
 #[cfg(test)]
 mod test {
+    use glam::Vec3;
+
     use super::*;
+    use crate::scene::{load, save};
+
+    /// Neither is what was there before lost.
+    #[test]
+    fn what_could_not_be_read_again_is_not_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.toml");
+        let from = std::path::Path::new("builtin:teddy-diffuse.toml");
+        let mut desc = load(from).unwrap().desc;
+        save(&path, &desc, from).unwrap();
+        let before = std::fs::read(&path).unwrap();
+        desc.meshes[0].translate = Vec3::splat(1e30);
+        let error = save(&path, &desc, from).unwrap_err();
+        assert!(error.contains("a.toml: not written"), "{error}");
+        assert!(error.contains("finite numbers up to 1e18"), "{error}");
+        assert_eq!(std::fs::read(&path).unwrap(), before);
+    }
 
     #[test]
     fn more_primitives_than_nodes_can_count_are_refused() {

@@ -9,6 +9,7 @@ use serde::Deserialize;
 use toml::de::{DeTable, DeValue};
 
 use super::builtin;
+use super::check::check;
 use super::desc::{MeshDesc, SceneDesc};
 use super::error::{SceneError, SceneWarning};
 use super::obj::ObjMesh;
@@ -126,14 +127,21 @@ fn line_of(text: &str, byte: usize) -> usize {
     1 + text.bytes().take(byte).filter(|b| *b == b'\n').count()
 }
 
-/// Writes a scene file that reads back as this description, whole or not at all; the error is one
-/// line. `from` is the file that the description came from: relative to it are the files that are
+/// Writes a scene file that reads back as this description, whole or not at all, which is also if it is none
+/// that can be read; the error is one line. `from` is the file that the description came from: relative to it are the files that are
 /// named, and if it is a scene file, what was not edited stays as it is written there, comments
 /// included.
 pub fn save(path: &Path, desc: &SceneDesc, from: &Path) -> Result<(), String> {
     let cannot = |why: &dyn std::fmt::Display| {
         format!("{}: the scene cannot be written ({why})", path.display())
     };
+    check(desc).map_err(|e| {
+        let path = path.display();
+        format!(
+            "{path}: not written, as it could not be read again: {}",
+            e.message
+        )
+    })?;
     let folder = |path: &Path| builtin::absolute(path.with_file_name(""));
     let desc = if folder(path) == folder(from) {
         desc.clone()
@@ -177,6 +185,12 @@ fn remedy(message: &str) -> String {
         ("expected f32", "expected a number"),
         ("expected u32", "expected a whole number"),
         ("expected u64", "expected a whole number"),
+        (
+            "expected a whole number",
+            "expected a whole number that is not too large",
+        ),
+        ("struct RenderSettings", "a table, [render]"),
+        ("struct CameraDesc", "a table, [camera]"),
     ]
     .iter()
     .fold(line, |line, (from, to)| line.replace(from, to));

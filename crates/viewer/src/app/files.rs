@@ -46,7 +46,7 @@ impl App {
             // More samples come while the dialog is open.
             let name = match status.activity {
                 Activity::Rendering => format!("{name}.{extension}"),
-                _ => format!("{name}-{}spp.{extension}", status.samples),
+                _ => format!("{name}-{}spp.{extension}", self.session.samples_to_save()),
             };
             self.dialogs.save(ctx, &name, extension);
         } else {

@@ -15,10 +15,10 @@ const PNG: &str = "PNG";
 #[derive(Debug, clap::Args)]
 pub struct SettingsArgs {
     /// Width and height in pixels
-    #[arg(long, value_name = "WxH", value_parser = size, help_heading = SETTINGS)]
+    #[arg(long, value_name = "WxH", value_parser = size, allow_hyphen_values = true, help_heading = SETTINGS)]
     pub size: Option<[u32; 2]>,
     /// Most segments of a path, or "unlimited"; 1 sees emitters only, 2 adds direct light
-    #[arg(long, value_name = "D", value_parser = depth, help_heading = SETTINGS)]
+    #[arg(long, value_name = "D", value_parser = depth, allow_hyphen_values = true, help_heading = SETTINGS)]
     pub depth: Option<u32>,
     /// Pixel filter: box, tent, gaussian, mitchell, blackman-harris or lanczos, and its radius in pixels
     #[arg(long, value_name = "F[:RADIUS]", help_heading = SETTINGS)]

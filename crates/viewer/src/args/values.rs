@@ -66,7 +66,7 @@ pub(super) fn finite(text: &str) -> Result<f32, String> {
     text.parse()
         .ok()
         .filter(|x: &f32| x.is_finite())
-        .ok_or_else(|| "use a number".into())
+        .ok_or_else(|| "use a finite number".into())
 }
 
 pub(super) fn field_of_view(text: &str) -> Result<f32, String> {

@@ -184,8 +184,13 @@ fn render(args: &RenderArgs) -> Result<Outcome, String> {
         _ => 0,
     };
     let [paths, rays] = film.work();
-    if paths == 0 {
-        print_warning("interrupted before anything was rendered; nothing is saved");
+    if paths == 0 || (progress.samples == 0 && !args.part) {
+        print_warning(match &args.checkpoint {
+            Some(_) if paths > 0 => {
+                "interrupted before every pixel had a sample; no picture is written, what there is of it is in the checkpoint"
+            }
+            _ => "interrupted before every pixel had a sample; nothing is saved",
+        });
         return Ok(Outcome {
             report: String::new(),
             status,

@@ -67,7 +67,7 @@ fn surface(ui: &mut Ui, material: &mut MaterialDesc, usual: &MaterialDesc) {
         ui.add_enabled_ui(material.mirror > 0.0, |ui| {
             color(
                 ui,
-                "Mirror color",
+                "Mirror tint",
                 &format!("Share of light that is mirrored. {RESTARTS}"),
                 &mut material.mirror_color,
                 usual.mirror_color,
@@ -120,7 +120,7 @@ fn emission(ui: &mut Ui, model: &mut Model, material: &mut MaterialDesc, usual: 
     };
     let recolored = color(
         ui,
-        "Light color",
+        "Light colour",
         &format!("Hue of the emission. {RESTARTS}"),
         &mut hue,
         usual_hue,

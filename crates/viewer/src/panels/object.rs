@@ -6,7 +6,7 @@ use glam::Vec3;
 use lightbox_core::scene::{MeshDesc, Object, ObjectKind, QuadDesc, SphereDesc};
 use lightbox_core::{Scene, SceneDesc};
 
-use super::widgets::{RESTARTS, labelled, number, point, section};
+use super::widgets::{LARGEST, RESTARTS, figure, labelled, number, point, section};
 use crate::keys::{self, Action};
 use crate::model::Model;
 use crate::objects;
@@ -118,13 +118,14 @@ fn length(ui: &mut Ui, name: &str, label: &str, tip: &str, value: &mut f32) {
     labelled(ui, label, tip, |ui| {
         let drag = DragValue::new(value)
             .custom_parser(number)
+            .custom_formatter(figure)
             .speed(f64::from(before) * 5e-3)
             .max_decimals(4);
         ui.add(drag).on_hover_text(tip).accessible_name(name);
     });
     // Not a range of the field: small ones in a file would be changed by looking at them.
     if *value != before {
-        *value = value.max(LEAST.min(before));
+        *value = value.clamp(LEAST.min(before), LARGEST.max(before));
     }
 }
 

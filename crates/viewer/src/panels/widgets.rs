@@ -16,6 +16,9 @@ pub const KEEPS: &str = "Keeps the samples.";
 /// End of tooltips of what makes samples worthless.
 pub const RESTARTS: &str = "Starts the picture anew.";
 
+/// Numbers in scenes are no larger.
+pub const LARGEST: f32 = 1e18;
+
 /// Width of the names' column, points.
 const NAMES: f32 = 84.0;
 
@@ -45,7 +48,8 @@ pub fn slider<N: Numeric>(
 ) -> Response {
     let slider = Slider::new(&mut *value, range)
         .clamping(SliderClamping::Edits)
-        .custom_parser(number);
+        .custom_parser(number)
+        .custom_formatter(figure);
     let mut response = ui.add(shape(slider));
     let rail = egui::vec2(ui.spacing().slider_width, response.rect.height());
     let rail = Rect::from_min_size(response.rect.min, rail);
@@ -95,6 +99,19 @@ pub fn number(text: &str) -> Option<f64> {
     let text: String = text.chars().filter(|c| !c.is_whitespace()).collect();
     let number: f64 = text.replace('−', "-").parse().ok()?;
     number.is_finite().then_some(number)
+}
+
+/// A number as fields show it: with an exponent where it would be long, and no −0.
+pub fn figure(x: f64, decimals: RangeInclusive<usize>) -> String {
+    let text = if x.abs() < 1e7 || *decimals.end() == 0 {
+        egui::emath::format_with_decimals_in_range(x, decimals)
+    } else {
+        format!("{x:.2e}")
+    };
+    match text.strip_prefix('-') {
+        Some(rest) if rest.chars().all(|c| matches!(c, '0' | '.')) => rest.to_owned(),
+        _ => text,
+    }
 }
 
 /// A named control with a tooltip.
@@ -184,6 +201,8 @@ pub fn point(ui: &mut Ui, name: &str, tip: &str, value: &mut Vec3, speed: f64, s
         for (axis, x) in ["x", "y", "z"].into_iter().zip(value.as_mut()) {
             let drag = DragValue::new(x)
                 .custom_parser(number)
+                .custom_formatter(figure)
+                .range(-LARGEST..=LARGEST)
                 .speed(speed)
                 .max_decimals(3)
                 .suffix(suffix)
@@ -232,7 +251,23 @@ pub fn thirds(ui: &mut Ui) -> f32 {
 
 #[cfg(test)]
 mod tests {
-    use super::number;
+    use super::{figure, number};
+
+    #[test]
+    fn numbers_fit_their_fields() {
+        for (x, text) in [
+            (1.5, "1.50"),
+            (-0.001, "0.00"),
+            (-0.0, "0.00"),
+            (-2.0, "-2.00"),
+            (1e18, "1.00e18"),
+            (-1e30, "-1.00e30"),
+        ] {
+            assert_eq!(figure(x, 2..=2), text);
+            assert!(number(text).is_some());
+        }
+        assert_eq!(figure(20_000_001.0, 0..=0), "20000001");
+    }
 
     #[test]
     fn only_numbers_are_numbers() {

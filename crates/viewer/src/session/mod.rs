@@ -326,6 +326,12 @@ impl Session {
         lock(&self.shared.outbox).saved.take()
     }
 
+    /// Samples per pixel of the picture that [`Session::save`] would write now.
+    pub fn samples_to_save(&self) -> u64 {
+        let shown = lock(&self.shared.outbox).shown.clone();
+        shown.map_or(0, |shown| shown.film.most_samples())
+    }
+
     /// Writes the scene with its edits if `path` is a *.toml, else the picture as it is now, in the
     /// background; a notice tells how it went. In the midst of a pass, tiles that lag behind are
     /// brought up to the others in a copy: only a picture with as many samples everywhere can be

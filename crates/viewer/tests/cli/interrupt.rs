@@ -66,6 +66,41 @@ fn ctrl_c_saves_what_was_rendered() {
     assert_eq!(folder.files(), ["a.exr", "again.exr"]);
 }
 
+/// A picture that is there is worth more than one without a sample in most pixels.
+#[test]
+fn ctrl_c_before_every_pixel_has_a_sample_leaves_the_file_there_is() {
+    let folder = Folder::new();
+    let path = folder.write("a.png", "what was there before");
+    let words = "render glass-sphere --size 1600x1600 --spp 64 --threads 1 -o";
+    let child = lightbox()
+        .args(words.split(' '))
+        .arg(&path)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    while !listens(child.id()) {
+        std::thread::sleep(Duration::from_millis(10));
+    }
+    std::thread::sleep(Duration::from_millis(200));
+    let kill = Command::new("kill")
+        .args(["-INT", &child.id().to_string()])
+        .status();
+    assert!(kill.unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    let warning = stderr(&output);
+    assert_eq!(output.status.code(), Some(130), "{warning}");
+    assert!(
+        warning.contains("before every pixel had a sample; nothing is saved"),
+        "{warning}"
+    );
+    assert_eq!(stdout(&output), "");
+    assert_eq!(
+        std::fs::read_to_string(&path).unwrap(),
+        "what was there before"
+    );
+}
+
 #[test]
 fn ctrl_c_ends_a_race_that_keeps_what_it_has() {
     let folder = Folder::new();

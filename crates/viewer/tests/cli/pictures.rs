@@ -71,6 +71,19 @@ fn exposure_and_tone_shape_a_png_and_leave_an_exr_alone() {
     assert_eq!(read(&png).unwrap(), as_shown(&measured, tone));
 }
 
+/// A link stays one: what it leads to is written.
+#[cfg(unix)]
+#[test]
+fn a_picture_is_written_through_a_link() {
+    let folder = Folder::new();
+    let (file, link) = (folder.write("file.png", ""), folder.path("link.png"));
+    std::os::unix::fs::symlink("file.png", &link).unwrap();
+    render("cornell-box", "--size 8x8 --spp 1", &link);
+    assert!(link.is_symlink());
+    assert!(read(&file).is_ok());
+    assert_eq!(folder.files(), ["file.png", "link.png"]);
+}
+
 #[test]
 fn threads_do_not_change_a_byte() {
     let folder = Folder::new();

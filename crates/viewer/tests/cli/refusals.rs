@@ -55,6 +55,19 @@ fn bad_input_is_told_in_one_line() {
         (scene("junk.obj", "\u{1}\u{2}junk"), "junk.obj", ""),
         (scene("empty.obj", ""), "empty.obj: is empty", ""),
         (
+            scene("method.toml", "[render]\nmethod = \"mic\"\n"),
+            "method.toml:2:",
+            "did you mean \"mis\"?",
+        ),
+        (
+            scene(
+                "far.toml",
+                "[[mesh]]\nboulder = 20\ntranslate = [1e19, 0, 0]\n",
+            ),
+            "far.toml:3:",
+            "finite numbers up to 1e18",
+        ),
+        (
             scene("points.obj", "v 0 0 0\n"),
             "points.obj",
             "nothing to see",
@@ -156,6 +169,24 @@ fn bad_input_is_told_in_one_line() {
     assert!(!output.exists());
 }
 
+/// What was to be told and cannot be is an error, but for a reader who has gone.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_behind_standard_output_is_told() {
+    let full = std::fs::File::create("/dev/full").unwrap();
+    let result = crate::lightbox()
+        .args(["info", "cornell-box"])
+        .stdout(full)
+        .output()
+        .unwrap();
+    let error = stderr(&result);
+    assert_eq!(result.status.code(), Some(1), "{error}");
+    assert!(
+        error.starts_with("error: standard output") && error.lines().count() == 1,
+        "{error}"
+    );
+}
+
 /// Wrong usage: status 2, before anything is read.
 #[test]
 fn bad_usage_has_status_two() {
@@ -166,6 +197,7 @@ fn bad_usage_has_status_two() {
         ("-o a.png --size 0x10", "from 1 to 16384"),
         ("-o a.png --size 99999x10", "from 1 to 16384"),
         ("-o a.png --size abc", "640x480"),
+        ("-o a.png --size -10x1", "640x480"),
         ("-o a.png --spp 0", "--spp"),
         ("-o a.png --spp -1", "from 1 to"),
         ("-o a.png --seed -1", "from 0 to"),
@@ -175,6 +207,8 @@ fn bad_usage_has_status_two() {
         ("-o a.png --noise nan", "positive"),
         ("-o a.png --depth 0", "emitters only"),
         ("-o a.png --depth deep", "unlimited"),
+        ("-o a.png --depth -1", "unlimited"),
+        ("-o a.png --depth 4294967296", "not too large"),
         ("-o a.png --method miss", "mis"),
         ("-o a.png --accel kdtre", "kdtree"),
         ("-o a.png --sampler halton", "sobol"),
@@ -189,6 +223,7 @@ fn bad_usage_has_status_two() {
         ("-o a.png --samples 0..4", "--part"),
         ("-o a.part --part --samples 4..4", "A less than B"),
         ("-o a.part --part --samples 4", "64..128"),
+        ("-o a.part --part --samples -1..5", "64..128"),
         ("-o a.part --part --samples 0..4 --spp 8", "--spp"),
         ("--part --json", "--output"),
         ("-o a.png --every 5", "--checkpoint"),
@@ -204,10 +239,11 @@ fn bad_usage_has_status_two() {
             "{options}: {}",
             stderr(&result)
         );
+        let error = stderr(&result);
+        assert!(error.contains(expected), "{options}: {error}");
         assert!(
-            stderr(&result).contains(expected),
-            "{options}: {}",
-            stderr(&result)
+            error.starts_with("error: ") && error.lines().count() == 1,
+            "{options}: {error}"
         );
     }
 }
@@ -220,7 +256,11 @@ fn a_misspelt_command_is_told_from_a_scene() {
         ("rendr cornell-box --spp 3", "did you mean \"render\"?"),
         (
             "cornell-box --spp 3",
-            "lightbox render cornell-box --spp 3 -o FILE.png",
+            "lightbox render cornell-box --spp 3 -o FILE.png\n",
+        ),
+        (
+            "cornell-box -o a.png",
+            "lightbox render cornell-box -o a.png\n",
         ),
         (
             "cornell-box glass-sphere",
@@ -231,6 +271,7 @@ fn a_misspelt_command_is_told_from_a_scene() {
         assert_eq!(result.status.code(), Some(2));
         let error = stderr(&result);
         assert!(error.contains(expected), "{error}");
+        assert_eq!(error.lines().count(), 1, "{error}");
     }
 }
 
@@ -238,7 +279,12 @@ fn a_misspelt_command_is_told_from_a_scene() {
 fn the_output_is_checked_before_the_scene_is_read() {
     let folder = Folder::new();
     let file = folder.write("file", "");
+    let kept = folder.write("kept.png", "");
+    let mut permissions = kept.metadata().unwrap().permissions();
+    permissions.set_readonly(true);
+    std::fs::set_permissions(&kept, permissions).unwrap();
     for (output, expected) in [
+        (kept.clone(), "write-protected"),
         (folder.path("no such folder/a.png"), "cannot be written"),
         (file.join("a.png"), "cannot be written"),
         (folder.path("a.jpg"), "name it *.png or *.exr"),
@@ -256,7 +302,7 @@ fn the_output_is_checked_before_the_scene_is_read() {
             "{error}"
         );
     }
-    assert_eq!(folder.files(), ["file"]);
+    assert_eq!(folder.files(), ["file", "kept.png"]);
 }
 
 #[test]

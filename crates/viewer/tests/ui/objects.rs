@@ -87,7 +87,7 @@ fn looking_is_not_editing() {
     window.harness.run_steps(2);
     for y in [0.5, 0.05] {
         window.click_at(window.at(0.5, y));
-        for name in ["Albedo", "Light color"] {
+        for name in ["Albedo", "Light colour"] {
             window
                 .harness
                 .get_by_role_and_label(Role::ColorWell, name)
