@@ -398,3 +398,64 @@ fn white_furnace() {
         assert!((*p - 1.0).abs().max_element() < 1e-5, "{p}");
     }
 }
+
+/// Lambert's cosines between a floor and a lamp straight above in the plane of the ceiling, as the Cornell box has it: what is
+/// in the lamp's place neither hides nor shades it, whichever way rounding goes.
+#[test]
+fn a_lamp_in_the_plane_of_a_ceiling_is_not_shaded_by_it() {
+    let height = 548.8;
+    let room = format!(
+        r#"
+[camera]
+eye = [0, 300, 0]
+target = [0, 0, 0]
+up = [0, 0, 1]
+fov = 10
+
+[[material]]
+name = "white"
+albedo = [0.5, 0.5, 0.5]
+
+[[material]]
+name = "lamp"
+emission = [10, 10, 10]
+
+[[quad]]
+material = "white"
+corners = [[-300, 0, 300], [300, 0, 300], [300, 0, -300], [-300, 0, -300]]
+
+[[quad]]
+material = "white"
+corners = [[-300, {height}, -300], [300, {height}, -300], [300, {height}, 300], [-300, {height}, 300]]
+
+[[quad]]
+material = "lamp"
+corners = [[-65, {height}, -52.5], [65, {height}, -52.5], [65, {height}, 52.5], [-65, {height}, 52.5]]
+"#
+    );
+    // Over the lamp and, as the picture is small but no point, over what it shows of the floor.
+    let steps =
+        |n: u32, half: f64| (0..n).map(move |i| half * ((2 * i + 1) as f64 / n as f64 - 1.0));
+    let shown = 300.0 * 5.0f64.to_radians().tan();
+    let mut form = 0.0;
+    for (x, z) in steps(8, shown).flat_map(|x| steps(8, shown).map(move |z| (x, z))) {
+        for (u, v) in steps(40, 65.0).flat_map(|u| steps(40, 52.5).map(move |v| (u, v))) {
+            let square = height * height + (u - x).powi(2) + (v - z).powi(2);
+            form += (height / square).powi(2) / (64.0 * 1600.0);
+        }
+    }
+    let expected = 0.5 / std::f64::consts::PI * 10.0 * form * (130.0 * 105.0);
+    let scene = written(&room);
+    for method in [Method::Nee, Method::Mis, Method::Caustics, Method::Reuse] {
+        let image = picture(&view(&scene, |s| {
+            (s.width, s.height, s.samples) = (32, 32, 64);
+            (s.depth, s.method) = (2, method);
+        }));
+        let sum: f64 = image.pixels.iter().map(|p| f64::from(p.y)).sum();
+        let mean = sum / image.pixels.len() as f64;
+        assert!(
+            (mean / expected - 1.0).abs() < 2e-3,
+            "{method}: {mean} for {expected}"
+        );
+    }
+}

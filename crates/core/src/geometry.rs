@@ -142,6 +142,15 @@ impl SurfacePoint {
         Ray::segment(self.leave(toward), other.leave(-toward))
     }
 
+    /// The same to a point on an emitter: what is in the same place does not shade it, as it does not hide it
+    /// from rays that come upon it.
+    #[inline(always)]
+    pub(crate) fn ray_to_light(&self, light: &Self, toward: Vec3) -> Ray {
+        let ray = self.ray_to(light, toward);
+        let t_max = ray.t_max * (1.0 - search::NUDGE);
+        Ray { t_max, ..ray }
+    }
+
     /// The point of a triangle with barycentric coordinates (1−b1−b2, b1, b2).
     #[inline(always)]
     pub fn of_triangle(triangle: [Vec3; 3], b: [f32; 2]) -> Self {

@@ -52,6 +52,17 @@ pub fn check_writable(path: &Path) -> Result<(), String> {
     check_place(path)
 }
 
+/// Renaming would replace what is write-protected too.
+fn check_unprotected(path: &Path) -> Result<(), String> {
+    match path.metadata() {
+        Ok(metadata) if metadata.permissions().readonly() => Err(format!(
+            "{}: is write-protected; name another file, or allow that it is written",
+            path.display()
+        )),
+        _ => Ok(()),
+    }
+}
+
 /// Checks that some file can be written to `path`.
 pub(crate) fn check_place(path: &Path) -> Result<(), String> {
     if path.is_dir() {
@@ -60,12 +71,7 @@ pub(crate) fn check_place(path: &Path) -> Result<(), String> {
             path.display()
         ));
     }
-    if path.metadata().is_ok_and(|m| m.permissions().readonly()) {
-        return Err(format!(
-            "{}: is write-protected; name another file, or allow that it is written",
-            path.display()
-        ));
-    }
+    check_unprotected(path)?;
     let aside = beside(path);
     fs::File::create(&aside).map_err(|e| cannot_write(path, &e))?;
     fs::remove_file(&aside).map_err(|e| cannot_write(path, &e))
@@ -92,6 +98,7 @@ pub(crate) fn write_aside(
     path: &Path,
     write: impl FnOnce(&mut fs::File) -> Result<(), String>,
 ) -> Result<(), String> {
+    check_unprotected(path)?;
     let (aside, place) = (beside(path), followed(path));
     let written = fs::File::create(&aside)
         .map_err(|e| cannot_write(path, &e))
@@ -127,11 +134,18 @@ pub(crate) fn cannot_write(path: &Path, e: &std::io::Error) -> String {
     )
 }
 
-/// The file that is written under this name: where it is a link, what that leads to.
+/// The file that is written under this name: where it is a link, what that leads to, if that is a file or is
+/// not there yet.
 fn followed(path: &Path) -> PathBuf {
-    match path.canonicalize() {
-        Ok(place) if path.is_symlink() => place,
-        _ => path.to_owned(),
+    // As many links as systems follow.
+    let mut place = path.to_owned();
+    for _ in 0..40 {
+        let Ok(to) = fs::read_link(&place) else { break };
+        place = place.with_file_name("").join(to);
+    }
+    match place.metadata() {
+        Ok(metadata) if !metadata.is_file() => path.to_owned(),
+        _ => place,
     }
 }
 

@@ -200,7 +200,7 @@ pub fn parse_depth(text: &str) -> Result<u32, String> {
         "unlimited" => Ok(UNLIMITED),
         _ => text.parse().map_err(|_| {
             format!(
-                "depth \"{text}\" is neither \"unlimited\" nor a whole number that is not too large"
+                "depth \"{text}\" is neither \"unlimited\" nor a whole number from 0 on that is not too large"
             )
         }),
     }
@@ -212,7 +212,7 @@ mod depth_text {
     #[derive(Deserialize)]
     #[serde(
         untagged,
-        expecting = "a depth is a whole number that is not too large, or \"unlimited\""
+        expecting = "a depth is a whole number from 0 on that is not too large, or \"unlimited\""
     )]
     enum Depth {
         Segments(u32),

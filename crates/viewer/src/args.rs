@@ -263,7 +263,10 @@ pub struct RaceArgs {
 
 /// Ends the program with what is wrong with the command line, or with the help asked for.
 pub fn exit(error: clap::Error) -> ! {
-    let words: Vec<String> = std::env::args().skip(1).collect();
+    let words: Vec<String> = std::env::args_os()
+        .skip(1)
+        .map(|word| word.to_string_lossy().into_owned())
+        .collect();
     match misplaced(&words, error.kind()) {
         Some(text) => clap::Error::raw(error.kind(), text + "\n").exit(),
         None if error.use_stderr()

@@ -21,7 +21,7 @@ pub fn line(scene: &Path, desc: &SceneDesc, samples: u64) -> String {
 /// [`line()`] for somebody to paste: with a picture named after the scene to write to.
 pub fn command(scene: &Path, desc: &SceneDesc, samples: u64) -> String {
     let name = crate::model::scene_name(scene);
-    let output = quoted(&format!("{name}-{samples}spp.png"));
+    let output = file(Path::new(&format!("{name}-{samples}spp.png")));
     format!("{} -o {output}", line(scene, desc, samples))
 }
 

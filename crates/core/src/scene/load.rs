@@ -187,7 +187,7 @@ fn remedy(message: &str) -> String {
         ("expected u64", "expected a whole number"),
         (
             "expected a whole number",
-            "expected a whole number that is not too large",
+            "expected a whole number from 0 on that is not too large",
         ),
         ("struct RenderSettings", "a table, [render]"),
         ("struct CameraDesc", "a table, [camera]"),

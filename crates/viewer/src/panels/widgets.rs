@@ -106,7 +106,8 @@ pub fn figure(x: f64, decimals: RangeInclusive<usize>) -> String {
     let text = if x.abs() < 1e7 || *decimals.end() == 0 {
         egui::emath::format_with_decimals_in_range(x, decimals)
     } else {
-        format!("{x:.2e}")
+        // The least that reads back as the same number: who leaves a field sets what it shows.
+        format!("{:e}", x as f32)
     };
     match text.strip_prefix('-') {
         Some(rest) if rest.chars().all(|c| matches!(c, '0' | '.')) => rest.to_owned(),
@@ -203,6 +204,7 @@ pub fn point(ui: &mut Ui, name: &str, tip: &str, value: &mut Vec3, speed: f64, s
                 .custom_parser(number)
                 .custom_formatter(figure)
                 .range(-LARGEST..=LARGEST)
+                .clamp_existing_to_range(false)
                 .speed(speed)
                 .max_decimals(3)
                 .suffix(suffix)
@@ -260,13 +262,17 @@ mod tests {
             (-0.001, "0.00"),
             (-0.0, "0.00"),
             (-2.0, "-2.00"),
-            (1e18, "1.00e18"),
-            (-1e30, "-1.00e30"),
+            (1e18, "1e18"),
+            (-1e30, "-1e30"),
         ] {
             assert_eq!(figure(x, 2..=2), text);
             assert!(number(text).is_some());
         }
         assert_eq!(figure(20_000_001.0, 0..=0), "20000001");
+        for x in [695_700_032.0f32, 12_345_678.0, 1.234_567_9e17] {
+            let text = figure(x.into(), 2..=2);
+            assert_eq!(number(&text).map(|x| x as f32), Some(x), "{text}");
+        }
     }
 
     #[test]
