@@ -127,8 +127,8 @@ fn line_of(text: &str, byte: usize) -> usize {
     1 + text.bytes().take(byte).filter(|b| *b == b'\n').count()
 }
 
-/// Writes a scene file that reads back as this description, whole or not at all, which is also if it is none
-/// that can be read; the error is one line. `from` is the file that the description came from: relative to it are the files that are
+/// Writes a scene file that reads back as this description, whole or not at all: not if nothing could read it
+/// back either. The error is one line. `from` is the file that the description came from: relative to it are the files that are
 /// named, and if it is a scene file, what was not edited stays as it is written there, comments
 /// included.
 pub fn save(path: &Path, desc: &SceneDesc, from: &Path) -> Result<(), String> {
@@ -173,6 +173,8 @@ pub fn parse(text: &str, path: &Path) -> Result<SceneDesc, SceneError> {
     SceneDesc::deserialize(document).map_err(error)
 }
 
+const WHOLE: &str = "expected a whole number from 0 on that is not too large";
+
 /// One line out of serde's words, with the nearest right name where a name is wrong.
 fn remedy(message: &str) -> String {
     let line = message.lines().collect::<Vec<_>>().join(" ");
@@ -183,12 +185,8 @@ fn remedy(message: &str) -> String {
             "three numbers, as in [1, 0.5, 0]",
         ),
         ("expected f32", "expected a number"),
-        ("expected u32", "expected a whole number"),
-        ("expected u64", "expected a whole number"),
-        (
-            "expected a whole number",
-            "expected a whole number from 0 on that is not too large",
-        ),
+        ("expected u32", WHOLE),
+        ("expected u64", WHOLE),
         ("struct RenderSettings", "a table, [render]"),
         ("struct CameraDesc", "a table, [camera]"),
     ]

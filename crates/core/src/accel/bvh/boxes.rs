@@ -83,8 +83,7 @@ const NORMAL: u32 = 1 << 30;
 pub(super) fn new_ref(bounds: &Aabb, id: u32) -> Option<Ref> {
     let (lo, hi) = (bounds.min, -bounds.max);
     let id = f32::from_bits(id | NORMAL);
-    let is_there = bounds.min.cmple(bounds.max).all();
-    is_there.then_some([lo.x, lo.y, lo.z, id, hi.x, hi.y, hi.z, 0.0])
+    (!bounds.is_empty()).then_some([lo.x, lo.y, lo.z, id, hi.x, hi.y, hi.z, 0.0])
 }
 
 #[inline(always)]
