@@ -1,11 +1,10 @@
 //! Whether two pictures of one scene differ by more than their noise: a test of two methods
 //! against each other that needs no reference.
 //!
-//! Each tile's mean is compared by Welch's t test. Its variance is the sum of its pixels', each
-//! told by the difference of the pixel's halves; the degrees of freedom are those of that sum
-//! (Satterthwaite 1946), so that a tile whose noise is that of one bright outlier proves little.
-//! Where pixels share light, their covariance, as a share of the variance over the whole picture, adds
-//! to it and takes as many degrees of freedom.
+//! Each tile's mean is compared by Welch's t test. Its variance is the sum of those of its groups of
+//! pixels that may share light ([`crate::Method::Reuse`]), each told by the difference of the group's
+//! halves; the degrees of freedom are those of that sum (Satterthwaite 1946), so that a tile whose noise
+//! is that of one bright outlier proves little.
 //! The smallest of m tile p-values is corrected for their number: 1 − (1 − p)^m (Šidák 1967).
 
 use statrs::distribution::{ContinuousCDF as _, StudentsT};
@@ -41,30 +40,7 @@ impl Light {
             to.sum += from.sum;
             to.square += from.square;
             to.fourth += from.fourth;
-            to.products += from.products;
         }
-    }
-
-    /// How many times the variance of a mean is what pixels that have nothing in common would give.
-    fn inflation(&self) -> f64 {
-        let sum = |of: fn(&TileLight) -> f64| self.0.iter().map(of).sum::<f64>();
-        let (products, squares) = (sum(|tile| tile.products), sum(|tile| tile.square));
-        1.0 + if squares > 0.0 {
-            (products / squares).max(0.0)
-        } else {
-            0.0
-        }
-    }
-
-    /// With the variance that the tiles' means have, and as many degrees of freedom as these.
-    fn inflated(&self) -> Self {
-        let inflation = self.inflation();
-        let inflated = |tile: &TileLight| TileLight {
-            square: inflation * tile.square,
-            fourth: inflation.powi(3) * tile.fourth,
-            ..*tile
-        };
-        Self(self.0.iter().map(inflated).collect())
     }
 
     /// Variance over mean of a typical tile. Of rare light it is the same everywhere but for
@@ -115,7 +91,6 @@ impl Agreement {
     /// If they differ in size.
     pub fn between(a: &Light, b: &Light) -> Self {
         assert_eq!(a.0.len(), b.0.len(), "pictures of one size");
-        let (a, b) = (&a.inflated(), &b.inflated());
         let ratios = [a, b].map(Light::variance_ratio);
         let tiles: Vec<TileDifference> =
             a.0.iter()
@@ -157,7 +132,7 @@ fn variance(t: &TileLight) -> f64 {
 /// is at least what those say of the light that both together have found: halves that have met
 /// next to nothing hardly differ, and prove nothing.
 fn difference([a, b]: [&TileLight; 2], ratios: [f64; 2]) -> TileDifference {
-    // Variance of the variance, over 2: of normal noise, a pixel's σ⁴ is a third of its mean
+    // Variance of the variance, over 2: of normal noise, a group's σ⁴ is a third of its mean
     // fourth power.
     let doubt = |t: &TileLight| t.fourth / (3.0 * t.pixels.powi(4));
     let difference = mean(a) - mean(b);
@@ -175,4 +150,52 @@ fn difference([a, b]: [&TileLight; 2], ratios: [f64; 2]) -> TileDifference {
         (t, p.min(1.0))
     };
     TileDifference { rect: a.rect, t, p }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::accel::test::Rng;
+    use crate::film::APART;
+    use crate::filter::{Filter, FilterSampler};
+    use glam::Vec3;
+
+    /// The light of four tiles whose noise is normal enough: that of the first is common to every fourth pixel across
+    /// and down, that of the others each pixel's own.
+    fn noisy(rng: &mut Rng) -> Light {
+        let film = Film::new(64, 16, &FilterSampler::new(Filter::default()));
+        for i in 0..film.tiles() {
+            let (mut batch, _) = film.batch(i);
+            for sample in 0..2 {
+                let mut noise = || (0..12).map(|_| rng.unit()).sum::<f32>() - 6.0;
+                let common: Vec<f32> = (0..APART * APART).map(|_| noise()).collect();
+                for (x, y) in (0..16).flat_map(|y| (0..16).map(move |x| (x, y))) {
+                    let noise = match i {
+                        0 => common[(y % APART * APART + x % APART) as usize],
+                        _ => noise(),
+                    };
+                    batch.add([x, y], sample, 0, Vec3::splat(10.0 + noise));
+                }
+            }
+            assert!(film.merge(i, &batch, 0, 2));
+        }
+        Light::of(&film).expect("two samples")
+    }
+
+    #[test]
+    fn differences_are_as_large_as_noise_says_wherever_pixels_share_light() {
+        const PAIRS: u32 = 400;
+        let mut rng = Rng(41);
+        let mut squares = [0.0; 4];
+        for _ in 0..PAIRS {
+            let found = Agreement::between(&noisy(&mut rng), &noisy(&mut rng));
+            for (sum, tile) in squares.iter_mut().zip(&found.tiles) {
+                *sum += tile.t * tile.t / f64::from(PAIRS);
+            }
+        }
+        // Of Student's t with 30 degrees of freedom or so; less where the noise of a typical tile is more.
+        for square in squares {
+            assert!((0.7..1.3).contains(&square), "{squares:?}");
+        }
+    }
 }

@@ -8,9 +8,9 @@
 //! half. Of normal noise σ⁴ is 4/3 of the mean fourth power of half the difference. The band is
 //! thus as wide as the spread over pixels says, and nothing counts degrees of freedom.
 //!
-//! Pixels that share light, each [`APART`]th across and down ([`crate::Method::Reuse`]), have errors
-//! in common. Half the differences have that in common too: over all pairs of such pixels their
-//! products tell how much, and the band is as much wider.
+//! Pixels that share light, each [`APART`]th across and down of a tile ([`crate::Method::Reuse`]), have
+//! errors in common. Half the differences have that in common too: over all pairs of such pixels of the tile
+//! their products tell how much, and the band is as much wider.
 //!
 //! The relative error's denominator μ² + 0.01 takes μ from the neighbours as far as the pixel
 //! seems to be one of them (after local statistics, Lee 1980). Taken from the pixel itself it
@@ -44,8 +44,6 @@ pub struct TileError {
     sum: f64,
     /// Estimated variance of `sum` around what it estimates.
     variance: f64,
-    /// Of the same, products over pairs of pixels that may share light.
-    products: f64,
     /// Radiance, summed likewise.
     light: f64,
     pixels: u32,
@@ -59,12 +57,10 @@ pub(crate) struct TileLight {
     pub pixels: f64,
     /// Of radiance, channels summed.
     pub sum: f64,
-    /// Of the squares that estimate each pixel's variance.
+    /// Of the squares that estimate the variance of each group of pixels that may share light.
     pub square: f64,
     /// Of their squares.
     pub fourth: f64,
-    /// Over pairs of pixels that may share light, of products that estimate their covariance.
-    pub products: f64,
 }
 
 /// Samples per pixel from which the band holds what it says. With fewer, much of the error lies
@@ -85,17 +81,13 @@ impl ErrorEstimate {
             let tile = tile?;
             all.sum += tile.sum;
             all.variance += tile.variance;
-            all.products += tile.products;
             all.light += tile.light;
             all.pixels += tile.pixels;
         }
         let rel_mse = all.rel_mse();
         // In the logarithm, so that the band stays above 0.
         let factor = if all.sum > 0.0 {
-            let common = (all.products / all.sum).max(0.0);
-            // Products of halves have the squares of the covariances in common.
-            let more = 1.0 + common * common / f64::from(GROUP - 1);
-            (NINE_OF_TEN * (more * all.variance).sqrt() / all.sum).exp()
+            (NINE_OF_TEN * all.variance.sqrt() / all.sum).exp()
         } else {
             1.0
         };
@@ -156,8 +148,8 @@ impl Film {
     pub(crate) fn error_of(&self, tile: &Tile) -> Option<TileError> {
         let (squares, signs, light) = self.relative_squares(tile)?;
         let roots = places(tile.rect).map(|i| f64::from(squares[i].sqrt().copysign(signs[i])));
+        let groups = group_sums(tile.rect, roots);
         let mut error = TileError {
-            products: products(tile.rect, roots),
             light,
             pixels: tile.rect.width * tile.rect.height,
             ..TileError::default()
@@ -166,6 +158,11 @@ impl Film {
             let square = f64::from(squares[i]);
             error.sum += square;
             error.variance += 4.0 / 3.0 * square * square;
+        }
+        if error.sum > 0.0 {
+            // What pairs have in common, and products of halves have the squares of the covariances.
+            let common = groups.iter().map(|sum| sum * sum).sum::<f64>() / error.sum - 1.0;
+            error.variance *= 1.0 + common * common / f64::from(GROUP - 1);
         }
         Some(error)
     }
@@ -200,13 +197,13 @@ impl Film {
         let mut differences = Vec::with_capacity(light.pixels as usize);
         for cells in tile.pixels() {
             let (mean, difference) = self.halves(cells)?;
-            let square = difference.element_sum().powi(2);
             light.sum += mean.element_sum();
-            light.square += square;
-            light.fourth += square * square;
             differences.push(difference.element_sum());
         }
-        light.products = products(tile.rect, differences.into_iter());
+        for sum in group_sums(tile.rect, differences.into_iter()) {
+            light.square += sum.powi(2);
+            light.fourth += sum.powi(4);
+        }
         Some(light)
     }
 
@@ -273,15 +270,17 @@ fn places(rect: TileRect) -> impl Iterator<Item = usize> {
     (1..=height).flat_map(move |y| (1..=width).map(move |x| y * STRIDE + x))
 }
 
-/// Sum of the products of all pairs of different pixels of a tile that may share light.
-fn products(rect: TileRect, values: impl Iterator<Item = f64>) -> f64 {
-    let (mut sums, mut squares) = ([[0.0; APART as usize]; APART as usize], 0.0);
+/// Sums over the pixels of each group of a tile that may share light.
+fn group_sums(
+    rect: TileRect,
+    values: impl Iterator<Item = f64>,
+) -> [f64; (APART * APART) as usize] {
+    let mut sums = [0.0; (APART * APART) as usize];
     let pixels = (0..rect.height).flat_map(|y| (0..rect.width).map(move |x| [x, y]));
     for ([x, y], value) in pixels.zip(values) {
-        sums[(y % APART) as usize][(x % APART) as usize] += value;
-        squares += value * value;
+        sums[(y % APART * APART + x % APART) as usize] += value;
     }
-    sums.iter().flatten().map(|sum| sum * sum).sum::<f64>() - squares
+    sums
 }
 
 /// 1 for every pixel.
