@@ -195,7 +195,6 @@ fn caustics_in_a_mirror_are_those_of_the_room() {
             (None, Method::Reuse),
             (Some(Bug::ProbesCountedTwice), Method::Caustics),
             (Some(Bug::CausticsCountedTwice), Method::Caustics),
-            (Some(Bug::AnchorsShadeThemselves), Method::Caustics),
             (Some(Bug::BranchesCountedTwice), Method::Caustics),
         ],
     );

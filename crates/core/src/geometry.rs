@@ -122,6 +122,19 @@ impl SurfacePoints {
     }
 }
 
+/// From one point to another. What lies in the same place as the end, such as the ceiling in whose plane a lamp is,
+/// does not shade it, as it does not hide a lamp from rays that come upon it.
+#[inline(always)]
+pub(crate) fn segment(from: Vec3, to: Vec3) -> Ray {
+    let way = to - from;
+    let distance = way.length();
+    Ray {
+        origin: from,
+        dir: way / distance,
+        t_max: distance * (1.0 - search::NUDGE),
+    }
+}
+
 impl SurfacePoint {
     /// Origin for a ray that leaves in direction `w`.
     #[inline(always)]
@@ -135,20 +148,11 @@ impl SurfacePoint {
         offset_origin(self.p, height * self.n)
     }
 
-    /// The ray to another point, in unit direction `toward`, as long as the way. Both ends leave their
+    /// The ray to another point, in unit direction `toward`: [`segment`] between where both ends leave their
     /// surface, so that nothing but what truly stands between can shade.
     #[inline(always)]
     pub(crate) fn ray_to(&self, other: &Self, toward: Vec3) -> Ray {
-        Ray::segment(self.leave(toward), other.leave(-toward))
-    }
-
-    /// The same to a point on an emitter: what is in the same place does not shade it, as it does not hide it
-    /// from rays that come upon it.
-    #[inline(always)]
-    pub(crate) fn ray_to_light(&self, light: &Self, toward: Vec3) -> Ray {
-        let ray = self.ray_to(light, toward);
-        let t_max = ray.t_max * (1.0 - search::NUDGE);
-        Ray { t_max, ..ray }
+        segment(self.leave(toward), other.leave(-toward))
     }
 
     /// The point of a triangle with barycentric coordinates (1−b1−b2, b1, b2).

@@ -41,8 +41,6 @@ pub enum Bug {
     ProbesCountedTwice,
     /// The weight of what a probe finds leaves out that roulette might have ended the path.
     RouletteChanceOmitted,
-    /// What light paths bring to an anchor may be shaded by the surface that it lies on.
-    AnchorsShadeThemselves,
     /// Lamps that are left to sights count where the path runs into them, too.
     SightedTwice,
     /// Where a path goes both ways at glass, it keeps all of the light.

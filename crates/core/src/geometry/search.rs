@@ -5,7 +5,8 @@ use super::{Hit, Primitives};
 use crate::math::Ray;
 use crate::shape::TriangleHit;
 
-/// Relative distance within which an emitter wins against a surface in the same place, and is not shaded by it.
+/// Relative distance within which an emitter wins against a surface in the same place, and the end of a segment is not
+/// shaded by one.
 pub(super) const NUDGE: f32 = 1.0 / (1 << 20) as f32;
 
 /// A triangle, one of the two of a quad, or a sphere, in 32 bits: 2 · id, and 1 more for a

@@ -333,21 +333,55 @@ fn rays_that_leave_a_needle_together_do_not_meet_it_again() {
     }
 }
 
+/// A square across the z axis.
+fn square(half: f32, z: f32) -> Quad {
+    let corner = |x, y| Vec3::new(x * half, y * half, z);
+    Quad::new([
+        corner(-1.0, -1.0),
+        corner(1.0, -1.0),
+        corner(1.0, 1.0),
+        corner(-1.0, 1.0),
+    ])
+}
+
+/// Two squares in one place, whichever of them a segment leads to; rounding puts half of the ends beyond.
+#[test]
+fn what_is_in_the_same_place_as_the_end_of_a_segment_does_not_shade_it() {
+    let z = 548.8;
+    let primitives = Primitives {
+        quads: vec![square(300.0, 0.0), square(300.0, z), square(65.0, z)],
+        ..Primitives::default()
+    };
+    let geometry = Geometry::build(primitives, AccelKind::Auto);
+    let mut rng = Rng(39);
+    for i in 0..10_000 {
+        let (from, to) = (rng.cube() * 65.0, rng.cube() * 65.0);
+        let place = |from: Vec3, dir, id| {
+            let ray = Ray::new(from, dir);
+            let hit = geometry
+                .intersect(&ray, |other| other == id)
+                .expect("a square");
+            geometry.primitives().surface_point(&ray, &hit)
+        };
+        let end = 1 + i % 2;
+        let from = place(from.with_z(100.0), Vec3::NEG_Z, 0);
+        let to = place(to.with_z(400.0), Vec3::Z, end);
+        let ray = from.ray_to(&to, (to.p - from.p).normalize());
+        assert!(!geometry.occluded(&ray, end), "{ray:?} {end}");
+        let longer = Ray {
+            t_max: ray.t_max * 1.001,
+            ..ray
+        };
+        assert!(geometry.occluded(&longer, end), "{ray:?} {end}");
+    }
+}
+
 #[test]
 fn the_primitive_left_out_does_not_shade() {
-    let quad = |z: f32| {
-        let corner = |x, y| Vec3::new(x, y, z);
-        Quad::new([
-            corner(-1.0, -1.0),
-            corner(1.0, -1.0),
-            corner(1.0, 1.0),
-            corner(-1.0, 1.0),
-        ])
-    };
     for &accel in AccelKind::ALL {
         for kernel in Kernel::available() {
             let primitives = Primitives {
-                quads: vec![quad(1.0), quad(2.0)],
+                quads: vec![square(1.0, 1.0), square(1.0, 2.0)],
                 ..Primitives::default()
             };
             let geometry = Geometry::build_for(primitives, accel, kernel);

@@ -31,7 +31,6 @@ use crate::film::APART;
 use crate::geometry::Hit;
 use crate::light::Mark;
 use crate::math::{GROUP, Ray};
-use crate::planted::{self, Bug};
 use crate::sampler::{Dim, Sampler};
 use crate::simd::{Lanes, Task};
 use crate::work::{Stage, Stopwatch};
@@ -338,11 +337,7 @@ impl LightWave {
                 let f = anchor.f * diffuse * FRAC_1_PI;
                 self.links.push(Link {
                     ray: point.ray_to(&anchor.point, toward),
-                    prim: if planted::has(Bug::AnchorsShadeThemselves) {
-                        NOTHING
-                    } else {
-                        anchor.prim
-                    },
+                    prim: anchor.prim,
                     radiance: vertices.throughput.get(lane) * f * light * (weight * geometry),
                     index: owner,
                 });

@@ -17,7 +17,7 @@
 use glam::Vec3;
 
 use super::Transport;
-use crate::geometry::SurfacePoint;
+use crate::geometry::{SurfacePoint, segment};
 use crate::math::{Ray, Vectors};
 use crate::planted::{self, Bug};
 use crate::simd::{Lanes, Task};
@@ -381,7 +381,7 @@ impl Task for Connect<'_> {
                 let share = n.dot(toward) * at_second * (unit / square);
                 let sees = (heights > least) & (share > 0.0) & (bounces[lane] == bounce);
                 shares[lane] = if sees { share.min(MOST_SHARE) } else { 0.0 };
-                let ray = Ray::segment(origins.get(lane), end);
+                let ray = segment(origins.get(lane), end);
                 dirs.set(lane, ray.dir);
                 distances[lane] = ray.t_max;
             }

@@ -249,7 +249,7 @@ impl Vertices {
             };
             let f = self.diffuse.get(lane) * FRAC_1_PI;
             let arriving = f * self.emission.get(lane) * (weight * counted / pdf);
-            let ray = point.ray_to_light(&light, toward);
+            let ray = point.ray_to(&light, toward);
             self.shadow_origin.set(lane, ray.origin);
             self.shadow_dir.set(lane, ray.dir);
             let radiance = self.throughput.get(lane) * arriving;

@@ -25,18 +25,6 @@ impl Ray {
         }
     }
 
-    /// From one point to another, as long as the way.
-    #[inline(always)]
-    pub(crate) fn segment(from: Vec3, to: Vec3) -> Self {
-        let way = to - from;
-        let distance = way.length();
-        Self {
-            origin: from,
-            dir: way / distance,
-            t_max: distance,
-        }
-    }
-
     /// The point at distance `t`.
     pub fn at(&self, t: f32) -> Vec3 {
         self.origin + t * self.dir

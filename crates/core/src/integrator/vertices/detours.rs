@@ -104,7 +104,7 @@ fn connect(
     }
     let rays = [
         from.ray_to(&mirrored, forth.as_vec3()),
-        mirrored.ray_to_light(light, on.as_vec3()),
+        mirrored.ray_to(light, on.as_vec3()),
     ];
     Some(((cos * cos_light * reflection.density) as f32, rays))
 }
