@@ -5,12 +5,13 @@ mod values;
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
 use clap::error::ErrorKind;
 use clap::{CommandFactory as _, Parser, Subcommand};
 use lightbox_core::suggest;
 
-use crate::commands::scene_path;
+use crate::commands::{scene_path, written};
 use crate::replay::quoted;
 pub use settings::SettingsArgs;
 use values::{count, depth, positive, samples, size};
@@ -261,33 +262,37 @@ pub struct RaceArgs {
     pub threads: Option<u16>,
 }
 
-/// Ends the program with what is wrong with the command line, or with the help asked for.
-pub fn exit(error: clap::Error) -> ! {
+/// Tells what is wrong with the command line, or the help asked for; returns the program's status, or an error of one
+/// line.
+pub fn tell(error: clap::Error) -> Result<ExitCode, String> {
     let words: Vec<String> = std::env::args_os()
         .skip(1)
         .map(|word| word.to_string_lossy().into_owned())
         .collect();
-    match misplaced(&words, error.kind()) {
-        Some(text) => clap::Error::raw(error.kind(), text + "\n").exit(),
-        None if error.use_stderr()
-            && error.kind() != ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand =>
-        {
-            clap::Error::raw(error.kind(), in_one_line(&error.to_string()) + "\n").exit()
-        }
-        None => error.exit(),
+    let kind = error.kind();
+    let is_wrong =
+        error.use_stderr() && kind != ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand;
+    let error = match misplaced(&words, kind) {
+        Some(text) => clap::Error::raw(kind, text + "\n"),
+        None if is_wrong => clap::Error::raw(kind, in_one_line(&error.to_string()) + "\n"),
+        None => error,
+    };
+    let printed = error.print();
+    if !error.use_stderr() {
+        written(printed)?;
     }
+    Ok(ExitCode::from(error.exit_code() as u8))
 }
 
 /// What is wrong, and clap's tips, without its usage.
 fn in_one_line(text: &str) -> String {
-    let mut paragraphs = text.split("\n\n");
-    let joined = |paragraph: &str| paragraph.split_whitespace().collect::<Vec<_>>().join(" ");
-    let what = joined(paragraphs.next().unwrap_or_default());
-    let tips = paragraphs.filter(|p| p.trim_start().starts_with("tip: "));
-    let tips = tips
-        .map(|tip| joined(tip).replacen("tip: ", "; ", 1))
-        .collect::<String>();
-    what.strip_prefix("error: ").unwrap_or(&what).to_owned() + &tips
+    let joined = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+    let end = ["\n\nUsage:", "\n\nFor more information"]
+        .iter()
+        .filter_map(|usage| text.rfind(usage))
+        .min();
+    let line = joined(&text[..end.unwrap_or(text.len())]).replace(" tip: ", "; ");
+    line.strip_prefix("error: ").unwrap_or(&line).to_owned()
 }
 
 /// What is wrong if the first word is no command: clap takes it for the scene of a window.
@@ -314,10 +319,11 @@ fn misplaced(words: &[String], kind: ErrorKind) -> Option<String> {
         ErrorKind::UnknownArgument => {
             let names_output =
                 |word: &String| word.starts_with("-o") || word.starts_with("--output");
-            let output = if words.iter().any(names_output) {
-                ""
-            } else {
-                " -o FILE.png"
+            let is_part = words.iter().any(|word| word == "--part");
+            let output = match (words.iter().any(names_output), is_part) {
+                (true, _) => "",
+                (_, true) => " -o FILE.part",
+                _ => " -o FILE.png",
             };
             let words: Vec<String> = words.iter().map(|word| quoted(word)).collect();
             Some(format!(

@@ -1,6 +1,6 @@
 //! `lightbox`: the viewer, or a command without a window.
 
-use std::io::{ErrorKind, Write as _};
+use std::io::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -10,28 +10,28 @@ use lightbox::commands::{self, Outcome};
 use lightbox_core::simd::Kernel;
 
 fn main() -> ExitCode {
-    let args = Args::try_parse().unwrap_or_else(|e| args::exit(e));
-    let result = Kernel::wished().and_then(|_| match args.command {
-        Some(command) => commands::run(&command),
-        None => view(args.scene),
-    });
-    let told = result.and_then(|outcome| {
-        let mut out = std::io::stdout();
-        match out
-            .write_all(outcome.report.as_bytes())
-            .and_then(|()| out.flush())
-        {
-            // Who reads no further has read what was wanted.
-            Err(e) if e.kind() != ErrorKind::BrokenPipe => {
-                Err(format!("standard output: cannot be written ({e})"))
-            }
-            _ => Ok(ExitCode::from(outcome.status)),
-        }
-    });
+    let told = match Args::try_parse() {
+        Ok(args) => run(args),
+        Err(e) => args::tell(e),
+    };
     told.unwrap_or_else(|error| {
         // If nobody listens, the status still tells.
         let _ = writeln!(std::io::stderr(), "error: {error}");
         ExitCode::FAILURE
+    })
+}
+
+fn run(args: Args) -> Result<ExitCode, String> {
+    let result = Kernel::wished().and_then(|_| match args.command {
+        Some(command) => commands::run(&command),
+        None => view(args.scene),
+    });
+    result.and_then(|outcome| {
+        let mut out = std::io::stdout();
+        let written = out
+            .write_all(outcome.report.as_bytes())
+            .and_then(|()| out.flush());
+        commands::written(written).map(|()| ExitCode::from(outcome.status))
     })
 }
 

@@ -11,7 +11,7 @@ pub mod race;
 pub mod render;
 pub mod submit;
 
-use std::io::Write as _;
+use std::io::{ErrorKind, Write as _};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -43,6 +43,17 @@ pub struct Outcome {
 impl Outcome {
     fn done(report: String) -> Self {
         Self { report, status: 0 }
+    }
+}
+
+/// What has become of writing to standard output; the error is one line.
+pub fn written(result: std::io::Result<()>) -> Result<(), String> {
+    match result {
+        // Who reads no further has read what was wanted.
+        Err(e) if e.kind() != ErrorKind::BrokenPipe => {
+            Err(format!("standard output: cannot be written ({e})"))
+        }
+        _ => Ok(()),
     }
 }
 

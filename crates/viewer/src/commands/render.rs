@@ -184,7 +184,7 @@ fn render(args: &RenderArgs) -> Result<Outcome, String> {
         _ => 0,
     };
     let [paths, rays] = film.work();
-    if paths == 0 || (progress.samples == 0 && !args.part) {
+    if progress.samples == 0 {
         print_warning(match &args.checkpoint {
             Some(_) if paths > 0 => {
                 "interrupted before every pixel had a sample; no picture is written, what there is of it is in the checkpoint"
@@ -197,7 +197,7 @@ fn render(args: &RenderArgs) -> Result<Outcome, String> {
         });
     }
     let settings = view.settings;
-    let samples = progress.samples.max(1);
+    let samples = progress.samples;
     let mut display = Duration::ZERO;
     let mut replay = if args.part {
         replay::slice(scene.path(), scene.desc(), first..first + samples)

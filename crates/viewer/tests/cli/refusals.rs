@@ -173,18 +173,20 @@ fn bad_input_is_told_in_one_line() {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_full_disk_behind_standard_output_is_told() {
-    let full = std::fs::File::create("/dev/full").unwrap();
-    let result = crate::lightbox()
-        .args(["info", "cornell-box"])
-        .stdout(full)
-        .output()
-        .unwrap();
-    let error = stderr(&result);
-    assert_eq!(result.status.code(), Some(1), "{error}");
-    assert!(
-        error.starts_with("error: standard output") && error.lines().count() == 1,
-        "{error}"
-    );
+    for words in ["info cornell-box", "render --help", "--version"] {
+        let full = std::fs::File::create("/dev/full").unwrap();
+        let result = crate::lightbox()
+            .args(words.split(' '))
+            .stdout(full)
+            .output()
+            .unwrap();
+        let error = stderr(&result);
+        assert_eq!(result.status.code(), Some(1), "{words}: {error}");
+        assert!(
+            error.starts_with("error: standard output") && error.lines().count() == 1,
+            "{words}: {error}"
+        );
+    }
 }
 
 /// Wrong usage: status 2, before anything is read.
@@ -248,12 +250,25 @@ fn bad_usage_has_status_two() {
     }
 }
 
+/// An empty line in a value does not cut the message.
+#[test]
+fn a_value_of_lines_is_told_in_one() {
+    let result = run(["render", "no-such-scene", "--size", "4\n\nx\n\n4"]);
+    let error = stderr(&result);
+    assert_eq!(result.status.code(), Some(2), "{error}");
+    assert!(
+        error.contains("4 x 4") && error.contains("640x480") && error.lines().count() == 1,
+        "{error}"
+    );
+}
+
 #[test]
 fn a_misspelt_command_is_told_from_a_scene() {
     for (words, expected) in [
         ("rendr cornell-box", "did you mean \"render\"?"),
         ("inf cornell-box", "did you mean \"info\"?"),
         ("rendr cornell-box --spp 3", "did you mean \"render\"?"),
+        ("cornell-box --part --spp 3", "-o FILE.part"),
         (
             "cornell-box --spp 3",
             "lightbox render cornell-box --spp 3 -o FILE.png\n",
