@@ -28,7 +28,7 @@ fn measure(geometry: &Geometry, rays: &[Ray]) -> (u64, usize) {
     let hit = |ray| geometry.intersect(ray, |_| false).is_some();
     let (found, mut together) = (rays.iter().filter(|ray| hit(ray)).count(), 0);
     let add = |_, hit: Option<_>| together += usize::from(hit.is_some());
-    geometry.intersect_many(rays.len(), |i| rays[i], |_| false, add);
+    geometry.intersect_many(rays, |ray| *ray, |_| false, add);
     assert_eq!(found, together);
     (steps, found)
 }

@@ -99,8 +99,8 @@ fn cast(tree: &Geometry, none: &Geometry) -> [f64; 2] {
         let mut found = 0u32;
         let start = Instant::now();
         geometry.intersect_many(
-            rays.len(),
-            |i| rays[i],
+            &rays,
+            |ray| *ray,
             |_| false,
             |_, hit| found += u32::from(hit.is_some()),
         );

@@ -288,8 +288,8 @@ impl Wave {
             let (shadow_rays, radiance) = (&self.shadow_rays, &mut self.radiance);
             let reuse = &mut self.reuse;
             scene.geometry().occluded_many(
-                shadow_rays.len(),
-                |i| (shadow_rays[i].ray, shadow_rays[i].light),
+                shadow_rays,
+                |shadow| (shadow.ray, shadow.light),
                 |i, shaded| {
                     if !shaded {
                         let ray = &shadow_rays[i];
@@ -325,25 +325,24 @@ impl Wave {
     fn take_detours(&mut self, transport: &Transport<'_>, bounce: u32) -> u64 {
         let (reuse, radiance) = (&mut self.reuse, &mut self.radiance);
         let (detours, half_free) = (&self.detours, &mut self.half_free);
-        let detour = |i: usize| &detours[i];
         half_free.clear();
         let geometry = transport.scene.geometry();
         geometry.occluded_many(
-            detours.len(),
-            |i| (detour(i).to_mirror, detour(i).mirror),
+            detours,
+            |detour| (detour.to_mirror, detour.mirror),
             |i, shaded| {
                 if !shaded {
                     half_free.push(i as u32);
                 }
             },
         );
-        let detour = |i: usize| detour(half_free[i] as usize);
+        let detour = |i: &u32| &detours[*i as usize];
         geometry.occluded_many(
-            half_free.len(),
+            half_free,
             |i| (detour(i).to_light, detour(i).light),
             |i, shaded| {
                 if !shaded {
-                    let detour = detour(i);
+                    let detour = detour(&half_free[i]);
                     *reuse.aimed(radiance, detour.index, bounce) += detour.radiance;
                 }
             },

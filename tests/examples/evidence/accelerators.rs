@@ -97,9 +97,9 @@ pub fn run(count: u64, is_planted: bool) -> bool {
                     })
                     .collect();
                 let found = |k: usize, hit| same[k] &= bits(hit) == bits(hits[k]);
-                other.intersect_many(rays.len(), |k| rays[k], |_| false, found);
+                other.intersect_many(&rays, |ray| *ray, |_| false, found);
                 let found = |k: usize, occluded| same[k] &= occluded == hits[k].is_some();
-                other.occluded_many(rays.len(), |k| (rays[k], u32::MAX), found);
+                other.occluded_many(&rays, |ray| (*ray, u32::MAX), found);
                 counts[i + 2] += same.iter().filter(|same| !**same).count() as u64;
             }
             counts

@@ -44,8 +44,8 @@ pub fn run(count: u64, _: bool) -> bool {
             let rays: Vec<Ray> = (0..n).map(|_| ray(&triangles, center, rng)).collect();
             let mut leaks = 0;
             geometry.intersect_many(
-                rays.len(),
-                |i| rays[i],
+                &rays,
+                |ray| *ray,
                 |_| false,
                 |i, hit| {
                     let alone = geometry.intersect(&rays[i], |_| false);

@@ -156,8 +156,8 @@ pub fn accelerators(bytes: &[u8]) {
             assert!(wild || any == expected[i].2, "{kind}: {ray:?}");
         }
         // Often enough that they go together.
-        let ray = |i: usize| rays[i % rays.len()];
-        other.intersect_many(TOGETHER, |i| ray(i).0, is_emitter, check_hit);
-        other.occluded_many(TOGETHER, ray, check_shadow);
+        let together: Vec<(Ray, u32)> = rays.iter().copied().cycle().take(TOGETHER).collect();
+        other.intersect_many(&together, |(ray, _)| *ray, is_emitter, check_hit);
+        other.occluded_many(&together, |segment| *segment, check_shadow);
     }
 }

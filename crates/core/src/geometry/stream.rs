@@ -12,7 +12,7 @@ use crate::accel::bvh::{self, Along, Lists, OCTANTS, Sorted, Stream};
 use crate::accel::{Bvh, Tree};
 use crate::math::{Floats, GROUP, Ray};
 use crate::shape::{Pairs, Place, ShearedRays, TriangleRuns};
-use crate::simd::{Lanes, SET_BITS, Task};
+use crate::simd::{Lanes, SET_BITS, Task, prefetch_start};
 
 mod eights;
 mod few;
@@ -20,22 +20,25 @@ mod few;
 /// So few rays are cast one by one (measured: docs/ray-casting.md).
 const FEW: usize = 16;
 
+/// Memory is asked for so many items ahead (measured: docs/ray-casting.md).
+const AHEAD: usize = 200;
+
 /// Most rays of a stream.
 const BATCH: usize = 4096;
 
 impl Geometry {
-    /// [`Geometry::intersect`] for rays 0 to `count` − 1: `ray(i)` gives a ray, `found(i, hit)`
-    /// receives what it hits, in their order.
+    /// [`Geometry::intersect`] for the `ray` of each of some items; `found(i, hit)` receives what that of
+    /// the i-th hits, in their order.
     #[inline]
-    pub fn intersect_many(
+    pub fn intersect_many<T>(
         &self,
-        count: usize,
-        ray: impl Fn(usize) -> Ray,
+        items: &[T],
+        ray: impl Fn(&T) -> Ray,
         is_emitter: impl Fn(u32) -> bool + Copy,
         mut found: impl FnMut(usize, Option<Hit>),
     ) {
-        let nearest = |i| {
-            let ray = ray(i);
+        let nearest = |item: &T| {
+            let ray = ray(item);
             let t_max = reach(&ray);
             let (face, b) = (Face::NONE, [0.0; 2]);
             let nearest = Nearest {
@@ -46,51 +49,54 @@ impl Geometry {
             };
             (ray, nearest)
         };
-        self.search_many(count, nearest, |i, nearest| {
+        self.search_many(items, nearest, |i, nearest| {
             found(i, nearest.hit(&self.primitives));
         });
     }
 
-    /// [`Geometry::occluded`] for rays 0 to `count` − 1: `ray(i)` gives a ray and the primitive
-    /// that does not shade it, `found(i, occluded)` receives the answer, in their order.
+    /// [`Geometry::occluded`] for the `ray` of each of some items, and the primitive that does not shade it;
+    /// `found(i, occluded)` receives the answer for the i-th, in their order.
     #[inline]
-    pub fn occluded_many(
+    pub fn occluded_many<T>(
         &self,
-        count: usize,
-        ray: impl Fn(usize) -> (Ray, u32),
+        items: &[T],
+        ray: impl Fn(&T) -> (Ray, u32),
         mut found: impl FnMut(usize, bool),
     ) {
-        let any = |i| {
-            let (ray, except) = ray(i);
+        let any = |item: &T| {
+            let (ray, except) = ray(item);
             let t_max = reach(&ray);
             (ray, Any { except, t_max })
         };
-        self.search_many(count, any, |i, any| found(i, any.found()));
+        self.search_many(items, any, |i, any| found(i, any.found()));
     }
 
     /// Casts rays by the batch.
     #[inline(always)]
-    fn search_many<S: Search>(
+    fn search_many<T, S: Search>(
         &self,
-        count: usize,
-        search: impl Fn(usize) -> (Ray, S),
+        items: &[T],
+        search: impl Fn(&T) -> (Ray, S),
         mut found: impl FnMut(usize, &S),
     ) {
         let mut scratch = SCRATCH.take().unwrap_or_default();
-        let mut searches = Vec::with_capacity(count.min(BATCH));
-        for begin in (0..count).step_by(BATCH) {
-            let count = BATCH.min(count - begin);
+        let mut searches = Vec::with_capacity(items.len().min(BATCH));
+        for (k, batch) in items.chunks(BATCH).enumerate() {
             searches.clear();
-            for (k, rays) in scratch.rays[..count.div_ceil(GROUP)].iter_mut().enumerate() {
-                searches.extend((0..GROUP.min(count - k * GROUP)).map(|i| {
-                    let (ray, search) = search(begin + k * GROUP + i);
+            let groups = batch.chunks(GROUP).zip(&mut scratch.rays);
+            for (begin, (group, rays)) in (k * BATCH..).step_by(GROUP).zip(groups) {
+                searches.extend(group.iter().enumerate().map(|(i, item)| {
+                    if let Some(item) = items.get(begin + i + AHEAD) {
+                        prefetch_start(item);
+                    }
+                    let (ray, search) = search(item);
                     rays.set(i, &ray, search.t_max());
                     search
                 }));
             }
             self.search_batch(&mut searches, &mut scratch);
             for (i, search) in searches.iter().enumerate() {
-                found(begin + i, search);
+                found(k * BATCH + i, search);
             }
         }
         SCRATCH.set(Some(scratch));

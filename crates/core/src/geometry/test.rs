@@ -94,8 +94,8 @@ pub(super) fn check(make: impl Fn() -> Primitives, rays: &[Ray], emitters: u32) 
 fn check_many(geometry: &Geometry, rays: &[Ray], is_emitter: impl Fn(u32) -> bool + Copy) {
     let mut answers = vec![0; rays.len()];
     geometry.intersect_many(
-        rays.len(),
-        |i| rays[i],
+        rays,
+        |ray| *ray,
         is_emitter,
         |i, hit| {
             answers[i] += 1;
@@ -103,14 +103,15 @@ fn check_many(geometry: &Geometry, rays: &[Ray], is_emitter: impl Fn(u32) -> boo
             assert_eq!(bits(hit), bits(alone), "{:?}", rays[i]);
         },
     );
-    let except = |i: usize| if i.is_multiple_of(2) { u32::MAX } else { 0 };
+    let segments = rays.iter().zip([u32::MAX, 0].into_iter().cycle());
+    let segments: Vec<(&Ray, u32)> = segments.collect();
     geometry.occluded_many(
-        rays.len(),
-        |i| (rays[i], except(i)),
+        &segments,
+        |(ray, except)| (**ray, *except),
         |i, shaded| {
             answers[i] += 1;
-            let alone = geometry.occluded(&rays[i], except(i));
-            assert_eq!(shaded, alone, "{:?}", rays[i]);
+            let (ray, except) = segments[i];
+            assert_eq!(shaded, geometry.occluded(ray, except), "{ray:?}");
         },
     );
     assert!(answers.iter().all(|&n| n == 2));
@@ -323,12 +324,9 @@ fn rays_that_leave_a_needle_together_do_not_meet_it_again() {
             let hit = geometry.intersect(&ray, |_| false);
             let hit = hit.unwrap_or_else(|| panic!("{kernel:?} {needle:?}"));
             let point = geometry.primitives().surface_point(&ray, &hit);
-            let leaving = |i: usize| {
-                let w = [ray.dir, -ray.dir][i % 2];
-                Ray::new(point.leave(w), w)
-            };
-            let found = |i, hit| assert_eq!(hit, None, "{kernel:?} {:?}", leaving(i));
-            geometry.intersect_many(300, leaving, |_| false, found);
+            let leaving = [ray.dir, -ray.dir].map(|w| Ray::new(point.leave(w), w));
+            let found = |i, hit| assert_eq!(hit, None, "{kernel:?} {:?}", leaving[i % 2]);
+            geometry.intersect_many(&leaving.repeat(150), |ray| *ray, |_| false, found);
         }
     }
 }

@@ -208,7 +208,7 @@ mod tests {
                 let rays = geometry.intersect(&ray, |_| false).is_some();
                 let mut many = 0;
                 let found = |_, hit: Option<_>| many += usize::from(hit.is_some());
-                geometry.intersect_many(200, |_| ray, |_| false, found);
+                geometry.intersect_many(&[ray; 200], |ray| *ray, |_| false, found);
                 if last > 100 {
                     assert!(rays && many == 200, "{accel}");
                 }

@@ -182,8 +182,8 @@ impl LightWave {
             *rays += (self.connections.len() + self.links.len()) as u64;
             let (connections, arrivals) = (&self.connections, &mut self.arrivals);
             scene.geometry().occluded_many(
-                connections.len(),
-                |i| (connections[i].ray, NOTHING),
+                connections,
+                |connection| (connection.ray, NOTHING),
                 |i, shaded| {
                     if !shaded {
                         arrivals.push(connections[i].arrival);
@@ -192,8 +192,8 @@ impl LightWave {
             );
             let links = &self.links;
             scene.geometry().occluded_many(
-                links.len(),
-                |i| (links[i].ray, links[i].prim),
+                links,
+                |link| (link.ray, link.prim),
                 |i, shaded| {
                     if !shaded {
                         radiance[links[i].index as usize] += links[i].radiance;

@@ -128,8 +128,8 @@ impl Wave {
         let rays = &self.shadow_rays;
         let mut free = vec![false; rays.len()];
         transport.scene.geometry().occluded_many(
-            rays.len(),
-            |i| (rays[i].ray, rays[i].light),
+            rays,
+            |shadow| (shadow.ray, shadow.light),
             |i, shaded| free[i] = !shaded,
         );
         for (ray, _) in rays.iter().zip(&free).filter(|(_, free)| **free) {

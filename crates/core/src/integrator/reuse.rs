@@ -261,8 +261,8 @@ impl Reuse {
     fn cast(&mut self, transport: &Transport<'_>) {
         let (connections, shares) = (&self.connections, &mut self.shares);
         transport.scene.geometry().occluded_many(
-            connections.len(),
-            |i| (connections[i].ray, connections[i].prim),
+            connections,
+            |connection| (connection.ray, connection.prim),
             |i, shaded| {
                 if shaded && !planted::has(Bug::ReusedUnseen) {
                     shares[connections[i].share as usize] = 0.0;

@@ -287,8 +287,8 @@ impl Scene {
         hits.clear();
         hits.resize(rays.len(), None);
         self.geometry.intersect_many(
-            rays.len(),
-            |i| rays[i],
+            rays,
+            |ray| *ray,
             |prim| self.material(prim).emits(),
             |i, hit| hits[i] = hit,
         );

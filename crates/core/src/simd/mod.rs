@@ -150,22 +150,34 @@ fn has_avx512() -> bool {
 /// Asks for what will soon be read.
 #[inline(always)]
 pub(crate) fn prefetch<T>(what: &T) {
+    let (size, align) = (size_of::<T>(), align_of::<T>());
+    // It may end in one line more.
+    let last = (align < 64 && align < size).then_some(size - 1);
+    for byte in (0..size).step_by(64).chain(last) {
+        prefetch_byte(what, byte);
+    }
+}
+
+/// Asks for the line of memory in which it begins: enough for what lies in a row, one after the other.
+#[inline(always)]
+pub(crate) fn prefetch_start<T>(what: &T) {
+    prefetch_byte(what, 0);
+}
+
+#[inline(always)]
+fn prefetch_byte<T>(what: &T, byte: usize) {
     #[cfg(target_arch = "x86_64")]
     {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        let (start, size, align): (*const T, _, _) = (what, size_of::<T>(), align_of::<T>());
-        // It may end in one line more.
-        let last = (align < 64 && align < size).then_some(size - 1);
-        for byte in (0..size).step_by(64).chain(last) {
-            #[expect(unsafe_code, reason = "memory is asked for ahead")]
-            // SAFETY: a hint; reads nothing.
-            unsafe {
-                _mm_prefetch::<_MM_HINT_T0>(start.byte_add(byte).cast());
-            }
+        let start: *const T = what;
+        #[expect(unsafe_code, reason = "memory is asked for ahead")]
+        // SAFETY: a hint; reads nothing.
+        unsafe {
+            _mm_prefetch::<_MM_HINT_T0>(start.wrapping_byte_add(byte).cast());
         }
     }
     #[cfg(not(target_arch = "x86_64"))]
-    let _ = what;
+    let _ = (what, byte);
 }
 
 /// Eight f32. Comparisons give a bit for each lane, lane 0 in bit 0.

@@ -145,8 +145,8 @@ pub unsafe extern "C" fn rays_closest(
     let Built { geometry, many } = geometry;
     if *many {
         geometry.intersect_many(
-            rays.len(),
-            |i| rays[i].ray(),
+            rays,
+            RawRay::ray,
             |_| false,
             |i, hit| {
                 (t[i], prim[i]) = hit.map_or((f32::INFINITY, u32::MAX), |h| (h.t, h.prim));
@@ -182,8 +182,8 @@ pub unsafe extern "C" fn rays_any(
     let Built { geometry, many } = geometry;
     if *many {
         geometry.occluded_many(
-            rays.len(),
-            |i| (rays[i].ray(), u32::MAX),
+            rays,
+            |ray| (ray.ray(), u32::MAX),
             |i, shaded| hit[i] = u8::from(shaded),
         );
         return;

@@ -164,8 +164,8 @@ fn segments_within_a_room_are_shaded_as_by_the_definition() {
         for kernel in Kernel::available() {
             let geometry = Geometry::build_for(make(), accel, kernel);
             geometry.occluded_many(
-                segments.len(),
-                |i| (segments[i].0, segments[i].1),
+                &segments,
+                |(ray, except, _)| (*ray, *except),
                 |i, is_shaded| {
                     let (ray, except, expected) = &segments[i];
                     assert_eq!(is_shaded, *expected, "{accel} {kernel:?} {ray:?} {except}");
