@@ -1,5 +1,6 @@
 //! chart.svg: relative error against seconds, both logarithmic.
 
+use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 
 use super::Race;
@@ -7,7 +8,7 @@ use crate::model::scene_name;
 
 const SIZE: (u32, u32) = (960, 600);
 
-/// Colours that differ for all eyes (Okabe & Ito 2008).
+/// Colours that differ for all eyes (Okabe & Ito 2008); curves beyond are dashed.
 const COLORS: [RGBColor; 8] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -116,13 +117,20 @@ fn draw(race: &Race, backend: SVGBackend<'_>) -> Result<(), Box<dyn std::error::
             .chain(curve.iter().rev().map(|p| (p[0], p[2])))
             .collect();
         chart.draw_series([Polygon::new(band, color.mix(0.15))])?;
-        chart
-            .draw_series(LineSeries::new(
-                curve.iter().map(|p| (p[0], p[1])),
-                color.stroke_width(2),
-            ))?
-            .label(race.labels[i].as_str())
-            .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], color.stroke_width(2)));
+        let (line, style) = (curve.iter().map(|p| (p[0], p[1])), color.stroke_width(2));
+        let key = |(x, y)| [(x, y), (x + 18, y)];
+        // Beyond the colours there are, in dashes.
+        if i < COLORS.len() {
+            chart
+                .draw_series(LineSeries::new(line, style))?
+                .label(race.labels[i].as_str())
+                .legend(move |at| PathElement::new(key(at), style));
+        } else {
+            chart
+                .draw_series(DashedLineSeries::new(line, 7, 4, style))?
+                .label(race.labels[i].as_str())
+                .legend(move |at| DashedPathElement::new(key(at), 7, 4, style));
+        }
         let front = curve
             .iter()
             .zip(&race.curves[i].front)
