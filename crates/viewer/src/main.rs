@@ -22,17 +22,17 @@ fn main() -> ExitCode {
 }
 
 fn run(args: Args) -> Result<ExitCode, String> {
-    let result = Kernel::wished().and_then(|_| match args.command {
-        Some(command) => commands::run(&command),
-        None => view(args.scene),
-    });
-    result.and_then(|outcome| {
-        let mut out = std::io::stdout();
-        let written = out
-            .write_all(outcome.report.as_bytes())
-            .and_then(|()| out.flush());
-        commands::written(written).map(|()| ExitCode::from(outcome.status))
-    })
+    Kernel::wished()?;
+    let outcome = match args.command {
+        Some(command) => commands::run(&command)?,
+        None => view(args.scene)?,
+    };
+    let mut out = std::io::stdout();
+    let written = out
+        .write_all(outcome.report.as_bytes())
+        .and_then(|()| out.flush());
+    commands::written(written)?;
+    Ok(ExitCode::from(outcome.status))
 }
 
 fn view(scene: Option<PathBuf>) -> Result<Outcome, String> {
